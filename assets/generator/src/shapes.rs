@@ -1,0 +1,461 @@
+//! The meshes: torus, sphere, cylinder, plane and a smooth organic shape.
+//!
+//! All have y up, u to the right and v up when seen from outside, so that
+//! ∂p/∂u × ∂p/∂v points out and images are not mirrored.
+
+use std::f64::consts::{PI, TAU};
+
+use glam::{DVec2, DVec3};
+
+use crate::mesh::{Corner, Mesh};
+
+/// All meshes.
+pub fn all() -> Vec<Mesh> {
+    vec![torus(), sphere(), cylinder(), plane(), blob()]
+}
+
+/// A point of a surface: position and outward unit normal.
+type SurfacePoint = (DVec3, DVec3);
+
+/// A surface over a grid of quads in uv.
+struct Grid {
+    name: &'static str,
+    description: &'static str,
+    /// Quads along u and along v.
+    quads: (usize, usize),
+    /// Whether u = 1 is the same line of the surface as u = 0, and v likewise.
+    closed: (bool, bool),
+}
+
+impl Grid {
+    /// Samples `surface` at the corners of the quads; two triangles per quad.
+    fn mesh(&self, surface: impl Fn(DVec2) -> SurfacePoint) -> Mesh {
+        let (columns, rows) = self.quads;
+        let vertex_columns = columns + usize::from(!self.closed.0);
+        let vertex_rows = rows + usize::from(!self.closed.1);
+        let uv = |column: usize, row: usize| {
+            DVec2::new(column as f64 / columns as f64, row as f64 / rows as f64)
+        };
+        let (positions, normals) = (0..vertex_rows)
+            .flat_map(|row| (0..vertex_columns).map(move |column| uv(column, row)))
+            .map(surface)
+            .unzip();
+        let uvs = (0..=rows)
+            .flat_map(|row| (0..=columns).map(move |column| uv(column, row)))
+            .collect();
+        let corner = |column: usize, row: usize| Corner {
+            vertex: row % vertex_rows * vertex_columns + column % vertex_columns,
+            uv: row * (columns + 1) + column,
+        };
+        let mut triangles = Vec::with_capacity(2 * columns * rows);
+        for row in 0..rows {
+            for column in 0..columns {
+                let low = corner(column, row);
+                let high = corner(column + 1, row + 1);
+                triangles.push([low, corner(column + 1, row), high]);
+                triangles.push([low, high, corner(column, row + 1)]);
+            }
+        }
+        Mesh {
+            name: self.name,
+            description: self.description,
+            positions,
+            normals,
+            uvs,
+            triangles,
+        }
+    }
+}
+
+/// The unit vector at `angle` (radians) around the y axis, from +z towards +x.
+fn around_y(angle: f64) -> DVec3 {
+    DVec3::new(angle.sin(), 0.0, angle.cos())
+}
+
+/// The direction with longitude 2πu and latitude π(v − ½).
+fn spherical(uv: DVec2) -> DVec3 {
+    let latitude = PI * (uv.y - 0.5);
+    around_y(TAU * uv.x) * latitude.cos() + DVec3::Y * latitude.sin()
+}
+
+/// Torus around the y axis; u runs around the major circle, v around the minor
+/// one, from the outer equator upwards.
+fn torus() -> Mesh {
+    const MAJOR_RADIUS: f64 = 1.0;
+    const MINOR_RADIUS: f64 = 0.4;
+    Grid {
+        name: "torus",
+        description: "Torus around the y axis, major radius 1, minor radius 0.4",
+        quads: (39, 26),
+        closed: (true, true),
+    }
+    .mesh(|uv| {
+        let outwards = around_y(TAU * uv.x);
+        let (sin, cos) = (TAU * uv.y).sin_cos();
+        let normal = outwards * cos + DVec3::Y * sin;
+        (outwards * MAJOR_RADIUS + normal * MINOR_RADIUS, normal)
+    })
+}
+
+/// Cylinder without caps around the y axis, from y = −1.5 (v = 0) to 1.5.
+fn cylinder() -> Mesh {
+    const HEIGHT: f64 = 3.0;
+    Grid {
+        name: "cylinder",
+        description: "Open cylinder around the y axis, radius 1, height 3",
+        quads: (48, 4),
+        closed: (true, false),
+    }
+    .mesh(|uv| {
+        let normal = around_y(TAU * uv.x);
+        (normal + DVec3::Y * (HEIGHT * (uv.y - 0.5)), normal)
+    })
+}
+
+/// Square in the xz plane; u runs along +x, v along −z.
+fn plane() -> Mesh {
+    const SIDE: f64 = 2.0;
+    Grid {
+        name: "plane",
+        description: "Square of side 2 in the plane y = 0, normal +y",
+        quads: (2, 2),
+        closed: (false, false),
+    }
+    .mesh(|uv| {
+        let offset = (uv - 0.5) * SIDE;
+        (DVec3::new(offset.x, 0.0, -offset.y), DVec3::Y)
+    })
+}
+
+/// A surface that is seen from the origin once in each direction, over `slices`
+/// of longitude and `stacks` of latitude. The outermost stacks are triangles;
+/// at a pole each has a texture coordinate of its own, in the middle of its slice.
+fn star_shaped(
+    name: &'static str,
+    description: &'static str,
+    (slices, stacks): (usize, usize),
+    surface: impl Fn(DVec3) -> SurfacePoint,
+) -> Mesh {
+    // The ring vertices lie `inner` quads apart; the poles come after them.
+    let inner = stacks - 2;
+    let mut mesh = Grid {
+        name,
+        description,
+        quads: (slices, inner),
+        closed: (true, false),
+    }
+    .mesh(|uv| {
+        let v = (uv.y * inner as f64 + 1.0) / stacks as f64;
+        surface(spherical(DVec2::new(uv.x, v)))
+    });
+    for uv in &mut mesh.uvs {
+        uv.y = (uv.y * inner as f64 + 1.0) / stacks as f64;
+    }
+    for (pole, v, ring) in [(-DVec3::Y, 0.0, 0), (DVec3::Y, 1.0, inner)] {
+        let (position, normal) = surface(pole);
+        let vertex = mesh.positions.len();
+        mesh.positions.push(position);
+        mesh.normals.push(normal);
+        for slice in 0..slices {
+            let tip = Corner {
+                vertex,
+                uv: mesh.uvs.len(),
+            };
+            mesh.uvs
+                .push(DVec2::new((slice as f64 + 0.5) / slices as f64, v));
+            let on_ring = |column: usize| Corner {
+                vertex: ring * slices + column % slices,
+                uv: ring * (slices + 1) + column,
+            };
+            let (left, right) = (on_ring(slice), on_ring(slice + 1));
+            mesh.triangles.push(if ring == 0 {
+                [right, left, tip]
+            } else {
+                [left, right, tip]
+            });
+        }
+    }
+    mesh
+}
+
+/// Unit sphere; u is the longitude from +z towards +x, v the latitude from −y.
+fn sphere() -> Mesh {
+    star_shaped(
+        "sphere",
+        "UV sphere, radius 1, 32 slices, 20 stacks",
+        (32, 20),
+        |direction| (direction, direction),
+    )
+}
+
+/// Radius of the blob without its lobes.
+const BLOB_RADIUS: f64 = 0.9;
+
+/// Lobes of the blob: amplitude (object units), wave vector (radians per unit
+/// of direction) and phase (radians). The first two make a pear of a sphere.
+const BLOB_LOBES: [(f64, DVec3, f64); 5] = [
+    (-0.14, DVec3::new(0.0, 2.2, 0.0), PI / 2.0),
+    (-0.10, DVec3::new(0.0, 3.0, 0.0), 0.0),
+    (0.065, DVec3::new(3.0, 1.2, 0.8), 0.4),
+    (0.055, DVec3::new(-1.0, 1.5, 3.2), 1.9),
+    (0.045, DVec3::new(2.4, -2.0, -2.6), 4.1),
+];
+
+/// The blob in a unit direction. The surface is |p| = r(p/|p|), so its normal is
+/// along the gradient d − (∇r − (∇r·d) d)/|p| of |p| − r(p/|p|).
+fn blob_surface(direction: DVec3) -> SurfacePoint {
+    let mut radius = BLOB_RADIUS;
+    let mut gradient = DVec3::ZERO;
+    for (amplitude, wave, phase) in BLOB_LOBES {
+        let (sin, cos) = (wave.dot(direction) + phase).sin_cos();
+        radius += amplitude * sin;
+        gradient += wave * (amplitude * cos);
+    }
+    let tangential = gradient - direction * gradient.dot(direction);
+    let normal = (direction - tangential / radius).normalize();
+    (direction * radius, normal)
+}
+
+/// A pear with gentle bumps: a sphere whose radius is a sum of sines.
+fn blob() -> Mesh {
+    star_shaped(
+        "blob",
+        "Smooth organic shape: a sphere with sine lobes, 72 slices, 48 stacks",
+        (72, 48),
+        blob_surface,
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::HashMap;
+
+    use super::*;
+
+    fn point(mesh: &Mesh, corner: Corner) -> DVec3 {
+        mesh.positions[corner.vertex]
+    }
+
+    /// Edges by welded position. For each direction in which a triangle runs
+    /// along an edge: the texture coordinates at its two ends.
+    fn edges(mesh: &Mesh) -> HashMap<(usize, usize), Vec<(DVec2, DVec2)>> {
+        // Welded here by value, so that a doubled position cannot hide.
+        let mut first = HashMap::new();
+        let welded: Vec<usize> = mesh
+            .positions
+            .iter()
+            .enumerate()
+            .map(|(index, p)| {
+                let key = p.to_array().map(|x| (x * 1e7).round() as i64);
+                *first.entry(key).or_insert(index)
+            })
+            .collect();
+        assert_eq!(first.len(), mesh.positions.len(), "{}: doubled", mesh.name);
+        let mut edges: HashMap<_, Vec<_>> = HashMap::new();
+        for t in &mesh.triangles {
+            for (a, b) in [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])] {
+                edges
+                    .entry((welded[a.vertex], welded[b.vertex]))
+                    .or_default()
+                    .push((mesh.uvs[a.uv], mesh.uvs[b.uv]));
+            }
+        }
+        edges
+    }
+
+    #[test]
+    fn counts_are_as_designed() {
+        // (name, triangles, positions, texture coordinates)
+        let expected = [
+            ("torus", 2028, 39 * 26, 40 * 27),
+            ("sphere", 1216, 32 * 19 + 2, 33 * 19 + 64),
+            ("cylinder", 384, 48 * 5, 49 * 5),
+            ("plane", 8, 9, 9),
+            ("blob", 6768, 72 * 47 + 2, 73 * 47 + 144),
+        ];
+        let meshes = all();
+        assert_eq!(meshes.len(), expected.len());
+        for (mesh, expected) in meshes.iter().zip(expected) {
+            let counts = (
+                mesh.name,
+                mesh.triangles.len(),
+                mesh.positions.len(),
+                mesh.uvs.len(),
+            );
+            assert_eq!(counts, expected);
+            assert_eq!(mesh.normals.len(), mesh.positions.len());
+        }
+    }
+
+    #[test]
+    fn each_edge_runs_once_each_way_or_lies_on_a_border() {
+        for mesh in all() {
+            let borders = match mesh.name {
+                "cylinder" => 2 * 48,
+                "plane" => 8,
+                _ => 0,
+            };
+            let edges = edges(&mesh);
+            let mut open = 0;
+            for (&(a, b), uses) in &edges {
+                assert_eq!(uses.len(), 1, "{}: edge {a}-{b}", mesh.name);
+                open += usize::from(!edges.contains_key(&(b, a)));
+            }
+            assert_eq!(open, borders, "{}", mesh.name);
+        }
+    }
+
+    #[test]
+    fn texture_joins_at_seams_up_to_whole_repeats() {
+        for mesh in all() {
+            let edges = edges(&mesh);
+            for (&(a, b), uses) in &edges {
+                let Some(others) = edges.get(&(b, a)) else {
+                    continue;
+                };
+                let ((uv_a, uv_b), (other_b, other_a)) = (uses[0], others[0]);
+                for (this, other) in [(uv_a, other_a), (uv_b, other_b)] {
+                    let pole =
+                        ["sphere", "blob"].contains(&mesh.name) && [0.0, 1.0].contains(&this.y);
+                    let jump = this - other;
+                    assert!(
+                        pole || jump.distance(jump.round()) < 1e-12,
+                        "{}: {this} against {other}",
+                        mesh.name
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn texture_coordinates_are_in_range_and_not_mirrored() {
+        for mesh in all() {
+            let unit = DVec2::ZERO..=DVec2::ONE;
+            for uv in &mesh.uvs {
+                assert!(uv.clamp(*unit.start(), *unit.end()) == *uv, "{uv}");
+            }
+            for t in &mesh.triangles {
+                let [a, b, c] = t.map(|corner| mesh.uvs[corner.uv]);
+                let area = (b - a).perp_dot(c - a);
+                assert!(area > 0.0, "{}: area {area} in uv", mesh.name);
+                // No triangle reaches back across the image.
+                let size = a.max(b).max(c) - a.min(b).min(c);
+                assert!(size.max_element() <= 0.5, "{}: {size}", mesh.name);
+            }
+        }
+    }
+
+    #[test]
+    fn normals_are_unit_and_faces_look_the_same_way() {
+        for mesh in all() {
+            for normal in &mesh.normals {
+                assert!((normal.length() - 1.0).abs() < 1e-12);
+            }
+            for t in &mesh.triangles {
+                let [a, b, c] = t.map(|corner| point(&mesh, corner));
+                let face = (b - a).cross(c - a).normalize();
+                for corner in t {
+                    let agreement = face.dot(mesh.normals[corner.vertex]);
+                    assert!(agreement > 0.95, "{}: {agreement}", mesh.name);
+                }
+            }
+        }
+    }
+
+    /// Volume by the divergence theorem: positive only if faces look out.
+    #[test]
+    fn closed_meshes_enclose_the_volume_they_should() {
+        // (name, least and greatest volume); exact: 2π²·0.4² = 3.158, 4π/3 = 4.189.
+        for (name, least, greatest) in [
+            ("torus", 3.08, 3.158),
+            ("sphere", 4.10, 4.189),
+            ("blob", 2.6, 2.9),
+        ] {
+            let mesh = all().into_iter().find(|mesh| mesh.name == name).unwrap();
+            let volume: f64 = mesh
+                .triangles
+                .iter()
+                .map(|t| {
+                    let [a, b, c] = t.map(|corner| point(&mesh, corner));
+                    a.dot(b.cross(c)) / 6.0
+                })
+                .sum();
+            assert!((least..greatest).contains(&volume), "{name}: {volume}");
+        }
+    }
+
+    #[test]
+    fn vertices_lie_on_the_exact_surfaces() {
+        for mesh in all() {
+            for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+                let axial = DVec3::new(p.x, 0.0, p.z);
+                let (on_surface, normal) = match mesh.name {
+                    "torus" => {
+                        let tube = *p - axial.normalize();
+                        (tube.length() - 0.4, tube / 0.4)
+                    }
+                    "sphere" => (p.length() - 1.0, *p),
+                    "cylinder" => ((axial.length() - 1.0).max(p.y.abs() - 1.5), axial),
+                    "plane" => (p.y.abs().max(p.abs().max_element() - 1.0), DVec3::Y),
+                    _ => continue,
+                };
+                assert!(on_surface.abs() < 1e-12, "{}: {p}", mesh.name);
+                assert!(normal.abs_diff_eq(*n, 1e-12), "{}: {n}", mesh.name);
+            }
+        }
+    }
+
+    /// Greatest curvature of the blob's surface in any direction around
+    /// `direction`, and the greatest cosine of its normal to its tangents; both
+    /// from central differences.
+    fn blob_differences(direction: DVec3) -> (f64, f64) {
+        const STEP: f64 = 1e-5;
+        let (t, b) = direction.any_orthonormal_pair();
+        let difference = |along: DVec3| {
+            let (p1, n1) = blob_surface((direction + along * STEP).normalize());
+            let (p0, n0) = blob_surface((direction - along * STEP).normalize());
+            ((p1 - p0) / (2.0 * STEP), (n1 - n0) / (2.0 * STEP))
+        };
+        let ((pt, nt), (pb, nb)) = (difference(t), difference(b));
+        let normal = blob_surface(direction).1;
+        let skew = normal
+            .dot(pt.normalize())
+            .abs()
+            .max(normal.dot(pb.normalize()).abs());
+        let mut curvature = 0.0_f64;
+        for step in 0..36 {
+            let (sin, cos) = (PI * f64::from(step) / 36.0).sin_cos();
+            let (p, n) = (pt * cos + pb * sin, nt * cos + nb * sin);
+            curvature = curvature.max((p.dot(n) / p.length_squared()).abs());
+        }
+        (curvature, skew)
+    }
+
+    #[test]
+    fn blob_is_smooth_with_exact_normals_and_gentle_curvature() {
+        let mut greatest = 0.0_f64;
+        for direction in sphere().positions {
+            let (curvature, skew) = blob_differences(direction);
+            assert!(skew < 1e-8, "normal is off by {skew} at {direction}");
+            greatest = greatest.max(curvature);
+        }
+        assert!(
+            greatest < 1.0 / 0.25,
+            "radius of curvature {}",
+            greatest.recip()
+        );
+    }
+
+    #[test]
+    fn blob_has_a_size_of_about_two() {
+        let positions = blob().positions;
+        let low = positions.iter().fold(DVec3::INFINITY, |low, p| low.min(*p));
+        let high = positions
+            .iter()
+            .fold(DVec3::NEG_INFINITY, |high, p| high.max(*p));
+        let size = high - low;
+        assert!((1.7..2.3).contains(&size.max_element()), "{size}");
+        assert!(size.min_element() > 1.2, "{size}");
+    }
+}

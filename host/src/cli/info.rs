@@ -1,0 +1,96 @@
+//! `relievo info`.
+
+use super::InfoArguments;
+use super::session::{Loaded, load};
+use relievo::render::gpu::adapters;
+use std::mem::size_of_val;
+
+pub fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
+    if let Some(path) = &arguments.scene {
+        let loaded = load(path, None)?;
+        show(&loaded);
+    }
+    let all = adapters();
+    if all.is_empty() {
+        println!("adapters: none");
+    }
+    for found in all {
+        println!(
+            "adapter: {}{}, shaders {}",
+            found.describe(),
+            if found.is_software() { ", a software driver" } else { "" },
+            if found.takes_spirv() { "untouched" } else { "through naga" },
+        );
+    }
+    Ok(())
+}
+
+fn show(Loaded { scene, prepared }: &Loaded) {
+    println!("scene: {}", scene.path.display());
+    println!(
+        "picture: {} × {} pixels, {} sample(s) a pixel",
+        scene.size[0],
+        scene.size[1],
+        scene.supersampling.pow(2)
+    );
+    let camera = &prepared.camera;
+    println!(
+        "camera: eye {:.4?}, target {:.4?}, up {:?}, {}° field of view{}",
+        camera.eye,
+        camera.target,
+        camera.up,
+        scene.field_of_view,
+        if scene.camera.is_none() { " (chosen)" } else { "" }
+    );
+    for (object, prepared) in scene.objects.iter().zip(&prepared.objects) {
+        let (mesh, map) = (&prepared.mesh, &prepared.map);
+        let report = &mesh.report;
+        println!("object {:?}:", object.name);
+        println!(
+            "  mesh {}: {} triangles, {} positions, {} bytes for the renderer",
+            object.mesh.display(),
+            mesh.triangles.len(),
+            mesh.position_count,
+            size_of_val(prepared.triangles.as_slice())
+        );
+        println!("    from {:.4?} to {:.4?}", mesh.bounds.min.to_array(), mesh.bounds.max.to_array());
+        println!(
+            "    principal curvatures from {:.4} to {:.4} per unit",
+            report.smallest_curvature, report.largest_curvature
+        );
+        let remarks = [
+            (report.skipped_degenerate > 0, format!("{} triangles without area left out", report.skipped_degenerate)),
+            (report.reversed_triangles > 0, format!("{} triangles turned round", report.reversed_triangles)),
+            (report.computed_normals, "normals computed".to_string()),
+            (report.projected_uvs, "texture coordinates projected".to_string()),
+        ];
+        for (_, remark) in remarks.iter().filter(|(applies, _)| *applies) {
+            println!("    {remark}");
+        }
+        println!(
+            "  shape {}: {} × {} texels of {} bits, {} bytes, distances from {} to {} texels in steps of {}",
+            object.shape.display(),
+            map.width(),
+            map.height(),
+            map.storage().bits(),
+            size_of_val(map.words()),
+            map.min_distance(),
+            map.max_distance(),
+            map.step()
+        );
+        let parameters = &prepared.parameters;
+        println!(
+            "  extrusion: repeat {:?}, depth {}, e {}, b {}, c {}, {:?}, {} steps and {} bisections{}",
+            object.repeat,
+            parameters.depth,
+            parameters.extension,
+            parameters.bevel,
+            parameters.chamfer,
+            object.tier,
+            parameters.linear_steps,
+            parameters.binary_steps,
+            if object.cut_out { ", cut out" } else { "" }
+        );
+    }
+    println!("prepared in {:.3} s", prepared.preparation.as_secs_f64());
+}

@@ -1,0 +1,197 @@
+//! What the user types, what the program says, and with which exit code.
+
+mod bake;
+mod bench;
+mod info;
+mod progress;
+mod render;
+mod session;
+mod verify;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::path::PathBuf;
+use std::process::ExitCode;
+use tracing::Level;
+
+/// Carve patterns into meshes, outline included, without one extra triangle.
+#[derive(Parser)]
+#[command(
+    name = "relievo",
+    version,
+    after_help = "Exit codes: 0 done, 1 the input is at fault, 2 wrong usage, 3 the machine (no adapter, out of memory)."
+)]
+pub struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+    /// Say more: -v what is done, -vv with details
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Draw a scene
+    Render(RenderArguments),
+    /// Turn a pattern into a shape map (a PNG of distances) that scenes can use
+    Bake(BakeArguments),
+    /// Show what a scene loads, and the adapters of this machine
+    Info(InfoArguments),
+    /// Compare the GPU's picture of scenes with the CPU's, word by word
+    Verify(VerifyArguments),
+    /// Time one frame of a scene on CPU and GPU, in turn
+    Bench(BenchArguments),
+}
+
+/// Which renderer to use.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Backend {
+    /// A GPU if there is one, else the CPU
+    Auto,
+    /// A GPU, or a software driver if there is nothing else
+    Gpu,
+    /// The CPU
+    Cpu,
+}
+
+#[derive(Args)]
+struct RenderArguments {
+    /// The scene, a TOML file
+    scene: PathBuf,
+    /// The picture [default: the scene's name with .png, in this folder]
+    #[arg(short, long, value_name = "OUT.png")]
+    output: Option<PathBuf>,
+    /// What renders
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    backend: Backend,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the picture, in place of the scene's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Write what was hit as well: t, u, v, delta, class, N
+    #[arg(long, value_name = "OUT.exr")]
+    aov: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct BakeArguments {
+    /// The pattern: an image, of which the dark pixels are extruded
+    pattern: PathBuf,
+    /// The shape map
+    #[arg(short, long, value_name = "MAP.png")]
+    output: PathBuf,
+    /// Bits of a stored distance
+    #[arg(long, default_value = "16", value_parser = ["8", "16"])]
+    bits: String,
+    /// A pixel is pattern where its luma is below this
+    #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u8).range(1..))]
+    threshold: u8,
+    /// Extrude the light pixels
+    #[arg(long)]
+    invert: bool,
+}
+
+#[derive(Args)]
+struct InfoArguments {
+    /// The scene; without it only the adapters are shown
+    scene: Option<PathBuf>,
+}
+
+#[derive(Args)]
+struct VerifyArguments {
+    /// The scenes
+    #[arg(required = true)]
+    scenes: Vec<PathBuf>,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the pictures, in place of the scenes'
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Load the shaders through naga also where the driver takes them untouched
+    #[arg(long)]
+    naga: bool,
+    /// Fail (exit code 1) where more than this share of the pixels differs
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
+    tolerate: f64,
+}
+
+#[derive(Args)]
+struct BenchArguments {
+    /// The scene
+    scene: PathBuf,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the picture, in place of the scene's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Frames timed with each renderer, after one to warm up
+    #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..100_000))]
+    frames: u32,
+}
+
+/// Runs the command and says what went wrong.
+pub fn run(arguments: Arguments) -> ExitCode {
+    let level = match arguments.verbose {
+        0 => Level::WARN,
+        1 => Level::INFO,
+        _ => Level::DEBUG,
+    };
+    tracing_subscriber::fmt()
+        .with_max_level(level)
+        .with_writer(std::io::stderr)
+        .without_time()
+        .with_target(false)
+        .init();
+    let result = match arguments.command {
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Bake(arguments) => bake::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Verify(arguments) => verify::run(&arguments),
+        Command::Bench(arguments) => bench::run(&arguments),
+    };
+    match result {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            let machine = error
+                .downcast_ref::<relievo::Error>()
+                .is_some_and(relievo::Error::is_machine);
+            ExitCode::from(if machine { 3 } else { 1 })
+        }
+    }
+}
+
+/// `800x600` → [800, 600].
+fn parse_size(text: &str) -> Result<[u32; 2], String> {
+    let limit = relievo::scene::LARGEST_PICTURE_SIDE;
+    let side = |text: &str| {
+        text.parse()
+            .ok()
+            .filter(|side| (1..=limit).contains(side))
+            .ok_or_else(|| format!("a size is WIDTHxHEIGHT, such as 800x600, each from 1 to {limit}"))
+    };
+    let (width, height) = text.split_once(['x', 'X']).unwrap_or((text, ""));
+    Ok([side(width)?, side(height)?])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_command_line_is_consistent() {
+        Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn sizes() {
+        assert_eq!(parse_size("800x600"), Ok([800, 600]));
+        for bad in ["", "800", "0x600", "800x", "800x-1", "99999x1", "axb"] {
+            assert!(parse_size(bad).is_err(), "{bad}");
+        }
+    }
+}

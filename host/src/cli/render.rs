@@ -1,0 +1,41 @@
+//! `relievo render`.
+
+use super::RenderArguments;
+use super::session::{Loaded, choose_renderer, load};
+use relievo::Error;
+use relievo::aov::save_exr;
+use relievo::picture::Picture;
+use std::path::PathBuf;
+use std::time::Instant;
+
+pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
+    let Loaded { scene, prepared } = load(&arguments.scene, arguments.size)?;
+    let (mut renderer, line) =
+        choose_renderer(arguments.backend, arguments.adapter.as_deref(), &prepared)
+            .map_err(Error::from)?;
+    println!("{line}");
+
+    let output = arguments.output.clone().unwrap_or_else(|| {
+        let stem = arguments.scene.file_stem().unwrap_or_default();
+        PathBuf::from(stem).with_extension("png")
+    });
+    let factor = prepared.supersampling;
+    let start = Instant::now();
+    let words = renderer
+        .color(&prepared.frame_with_samples(factor))
+        .map_err(Error::from)?;
+    tracing::info!("rendered in {:.3} s", start.elapsed().as_secs_f64());
+    let software = concat!("relievo ", env!("CARGO_PKG_VERSION"));
+    Picture::develop(&words, factor).save_png(
+        &output,
+        &[("Software", software), ("relievo-scene", &scene.text)],
+    )?;
+    println!("{}", output.display());
+
+    if let Some(path) = &arguments.aov {
+        let words = renderer.geometry(&prepared.frame).map_err(Error::from)?;
+        save_exr(path, &words, &scene, &prepared)?;
+        println!("{}", path.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,74 @@
+//! What the commands have in common: loading a scene, choosing a renderer.
+
+use super::Backend;
+use super::progress::Bar;
+use relievo::Error;
+use relievo::prepare::{PreparedScene, prepare};
+use relievo::render::gpu::{adapters, choose};
+use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
+use relievo::scene::Scene;
+use std::path::Path;
+
+/// A scene and what it loaded.
+pub struct Loaded {
+    /// The scene as written, with the size asked for.
+    pub scene: Scene,
+    /// The scene as rendered.
+    pub prepared: PreparedScene,
+}
+
+/// Loads the scene at `path` and everything that it names.
+pub fn load(path: &Path, size: Option<[u32; 2]>) -> Result<Loaded, Error> {
+    let mut scene = Scene::load(path)?;
+    if let Some(size) = size {
+        scene.size = size;
+    }
+    let bar = Bar::new();
+    let prepared = prepare(&scene, &|step| bar.step(&step))?;
+    tracing::info!(
+        "{}: {} triangles in {} objects, prepared in {:.3} s",
+        path.display(),
+        prepared.triangle_count(),
+        prepared.objects.len(),
+        prepared.preparation.as_secs_f64()
+    );
+    Ok(Loaded { scene, prepared })
+}
+
+/// The renderer asked for, and one line on which and why.
+pub fn choose_renderer<'a>(
+    backend: Backend,
+    adapter: Option<&str>,
+    scene: &'a PreparedScene,
+) -> Result<(Box<dyn Renderer + 'a>, String), RenderError> {
+    let cpu = |why: &str| -> (Box<dyn Renderer + 'a>, String) {
+        let renderer = CpuRenderer::new(scene);
+        let line = format!("{}: {why}", renderer.name());
+        (Box::new(renderer), line)
+    };
+    // A named adapter is wanted, whatever the backend says.
+    if backend == Backend::Gpu || (backend == Backend::Auto && adapter.is_some()) {
+        let found = choose(adapter)?;
+        let renderer = GpuRenderer::new(scene, &found)?;
+        let line = format!("{}: as asked", renderer.name());
+        return Ok((Box::new(renderer), line));
+    }
+    if backend == Backend::Cpu {
+        return Ok(cpu("as asked"));
+    }
+    let all = adapters();
+    match all.first() {
+        None => Ok(cpu("this machine has no GPU adapter")),
+        Some(found) if found.is_software() => Ok(cpu(&format!(
+            "the only adapter, {}, is a software driver",
+            found.name()
+        ))),
+        Some(found) => match GpuRenderer::new(scene, found) {
+            Ok(renderer) => {
+                let line = format!("{}: this machine's GPU", renderer.name());
+                Ok((Box::new(renderer), line))
+            }
+            Err(error) => Ok(cpu(&format!("the GPU cannot render this: {error}"))),
+        },
+    }
+}

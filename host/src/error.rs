@@ -1,0 +1,65 @@
+//! The library's error: what failed, and whose fault it is.
+
+use crate::mesh::MeshError;
+use crate::render::RenderError;
+use crate::scene::SceneError;
+use crate::shape_map::ShapeMapError;
+use std::path::PathBuf;
+
+/// Everything that can go wrong between a scene file and a picture.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// The scene file.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+    /// A mesh.
+    #[error(transparent)]
+    Mesh(#[from] MeshError),
+    /// A pattern or a shape map.
+    #[error(transparent)]
+    ShapeMap(#[from] ShapeMapError),
+    /// An object asks for what its assets cannot give.
+    #[error("{scene}: object {name:?}: {problem}")]
+    Object {
+        /// The scene file.
+        scene: PathBuf,
+        /// The object.
+        name: String,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+    /// A renderer.
+    #[error(transparent)]
+    Render(#[from] RenderError),
+    /// A file could not be written.
+    #[error("cannot write {path}: {source}")]
+    Write {
+        /// The file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// A picture could not be encoded.
+    #[error("cannot encode {path}: {message}")]
+    Encode {
+        /// The file it was meant for.
+        path: PathBuf,
+        /// Why.
+        message: String,
+    },
+}
+
+impl Error {
+    /// Whether the machine is at fault (no adapter, out of memory, disk full),
+    /// and not the input.
+    pub fn is_machine(&self) -> bool {
+        match self {
+            Error::Render(_) => true,
+            Error::Write { source, .. } => matches!(
+                source.kind(),
+                std::io::ErrorKind::StorageFull | std::io::ErrorKind::OutOfMemory
+            ),
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,30 @@
+//! Relievo: per-pixel extrusion mapping with correct silhouettes.
+//!
+//! A binary pattern is wrapped around a mesh and appears as carved geometry,
+//! outline included, without one extra triangle. How data flows, each step a
+//! module that can be used alone:
+//!
+//! ```text
+//! scene      a TOML file → what is to be drawn, checked
+//! mesh       OBJ → triangles with tangent frames and curvature
+//! shape_map  image → signed distance to the pattern
+//! prepare    all of these → plain data for a renderer
+//! render     data → words of a picture, on the CPU or on a GPU, by the same code
+//! picture    words → PNG        aov  words → OpenEXR
+//! verify     GPU words against CPU words
+//! ```
+//!
+//! The mathematics stands in `relievo-shared`, and only there.
+
+pub mod aov;
+pub mod error;
+pub mod file;
+pub mod mesh;
+pub mod picture;
+pub mod prepare;
+pub mod render;
+pub mod scene;
+pub mod shape_map;
+pub mod verify;
+
+pub use error::Error;

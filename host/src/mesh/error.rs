@@ -1,0 +1,136 @@
+//! What can go wrong while a mesh is loaded.
+
+use std::io;
+use std::path::PathBuf;
+
+use thiserror::Error;
+
+use super::projection::Projection;
+
+/// Why a mesh could not be loaded. Every message names the file and says what
+/// to do.
+#[derive(Debug, Error)]
+pub enum MeshError {
+    /// The file cannot be read.
+    #[error("cannot read the mesh `{}`: {source}; check the path and its permissions", path.display())]
+    Read {
+        /// The mesh file.
+        path: PathBuf,
+        /// What the operating system said.
+        source: io::Error,
+    },
+    /// The path names a directory.
+    #[error("the mesh `{}` is a directory; name an OBJ file in it", path.display())]
+    IsDirectory {
+        /// The mesh file.
+        path: PathBuf,
+    },
+    /// The file is not text.
+    #[error(
+        "the mesh `{}` is not UTF-8 text (line {line}); it must be a Wavefront OBJ file, saved as UTF-8",
+        path.display()
+    )]
+    NotUtf8 {
+        /// The mesh file.
+        path: PathBuf,
+        /// First line that is not UTF-8, counted from 1.
+        line: usize,
+    },
+    /// A statement of the OBJ file is wrong.
+    #[error("the mesh `{}`, line {line}: {problem}", path.display())]
+    Statement {
+        /// The mesh file.
+        path: PathBuf,
+        /// Line of the statement, counted from 1.
+        line: usize,
+        /// What is wrong with it, and what is expected.
+        problem: String,
+    },
+    /// The OBJ reader refused a file in which the checks above found no fault.
+    #[error("cannot parse the mesh `{}`: {source}; export it again as a Wavefront OBJ file", path.display())]
+    Parse {
+        /// The mesh file.
+        path: PathBuf,
+        /// What the OBJ reader said.
+        source: tobj::LoadError,
+    },
+    /// The file holds no face.
+    #[error(
+        "the mesh `{}` has no faces; export it with its polygons (`f` statements), not as points or lines",
+        path.display()
+    )]
+    NoFaces {
+        /// The mesh file.
+        path: PathBuf,
+    },
+    /// No triangle has an area.
+    #[error(
+        "all {skipped} triangles of the mesh `{}` are degenerate (they have no area); check the exporter's precision",
+        path.display()
+    )]
+    AllDegenerate {
+        /// The mesh file.
+        path: PathBuf,
+        /// Number of degenerate triangles.
+        skipped: usize,
+    },
+    /// The file holds more triangles than allowed.
+    #[error(
+        "the mesh `{}` has {count} triangles, more than the limit of {limit}; simplify it or raise the limit",
+        path.display()
+    )]
+    TooManyTriangles {
+        /// The mesh file.
+        path: PathBuf,
+        /// Triangles in the file, counted until the limit was passed.
+        count: usize,
+        /// The limit: [`super::MeshOptions::triangle_limit`].
+        limit: usize,
+    },
+    /// Faces lack texture coordinates and no projection was asked for.
+    #[error(
+        "the mesh `{}` has faces without texture coordinates (first at line {line}); add `projection = \"spherical\"` \
+         (or {}) to the object in the scene file, or export the mesh with its UVs",
+        path.display(),
+        other_projections()
+    )]
+    MissingTextureCoordinates {
+        /// The mesh file.
+        path: PathBuf,
+        /// Line of the first face without texture coordinates.
+        line: usize,
+    },
+    /// The scale, rotation or translation cannot be used.
+    #[error("the transform of the mesh `{}` is invalid: {problem}", path.display())]
+    InvalidTransform {
+        /// The mesh file.
+        path: PathBuf,
+        /// What is wrong with it, and what is expected.
+        problem: String,
+    },
+    /// The transformed mesh is too small, too large or too far away for the
+    /// renderers' f32 arithmetic.
+    #[error(
+        "the mesh `{}` is out of range: its bounding box is {diagonal:e} object units across and reaches {reach:e} from \
+         the origin, but 1e-12 to 1e12 is supported; change the scale or the translation of the object",
+        path.display()
+    )]
+    SizeOutOfRange {
+        /// The mesh file.
+        path: PathBuf,
+        /// Diagonal of the bounding box, in object units.
+        diagonal: f64,
+        /// Largest magnitude of a coordinate, in object units.
+        reach: f64,
+    },
+}
+
+/// The projections besides the one that the message recommends.
+fn other_projections() -> String {
+    Projection::ALL
+        .iter()
+        .filter(|projection| **projection != Projection::Spherical)
+        .map(|projection| format!("\"{}\"", projection.name()))
+        .collect::<Vec<_>>()
+        .join(", ")
+}

@@ -1,0 +1,245 @@
+//! From the file's triangles to those that are rendered.
+
+use std::path::Path;
+
+use glam::{DQuat, DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::curvature::{Quadric, quadrics};
+use super::error::MeshError;
+use super::obj::{Corner, SourceMesh};
+use super::surface::{Face, Surface, area_normal};
+use super::tangents::{TangentFrame, tangent_frames};
+use super::weld::weld;
+use super::{Bounds, Mesh, MeshCorner, MeshOptions, MeshReport, MeshTriangle, normals};
+
+/// A triangle is degenerate up to this area, in squares of its longest edge
+/// (algorithm.md, section 5).
+const DEGENERATE_AREA: f64 = 1e-12;
+
+/// Range of the bounding box's diagonal and reach, in object units.
+const SMALLEST_SIZE: f64 = 1e-12;
+const LARGEST_SIZE: f64 = 1e12;
+
+/// See [`Mesh::from_source`].
+pub(super) fn prepare(
+    source: &SourceMesh,
+    path: &Path,
+    options: &MeshOptions,
+) -> Result<Mesh, MeshError> {
+    let rotation = checked_rotation(path, options)?;
+    if source.triangles.is_empty() {
+        return Err(MeshError::NoFaces {
+            path: path.to_owned(),
+        });
+    }
+    if let (None, Some(line)) = (options.projection, source.face_without_uvs) {
+        return Err(MeshError::MissingTextureCoordinates {
+            path: path.to_owned(),
+            line,
+        });
+    }
+    let positions: Vec<DVec3> = source
+        .positions
+        .par_iter()
+        .map(|position| options.translation + rotation * (options.scale * *position))
+        .collect();
+    let bounds = Bounds::of(positions.iter().copied());
+    if bounds.min == bounds.max {
+        return Err(MeshError::AllDegenerate {
+            path: path.to_owned(),
+            skipped: source.triangles.len(),
+        });
+    }
+    check_size(path, &bounds)?;
+
+    let welded = weld(&positions, bounds.diagonal());
+    let faces: Vec<Face> = source
+        .triangles
+        .par_iter()
+        .filter_map(|corners| {
+            let vertices = corners.map(|corner| welded.indices[corner.position as usize]);
+            let positions = vertices.map(|vertex| welded.positions[vertex as usize]);
+            if is_degenerate(positions) {
+                return None;
+            }
+            let uvs = match options.projection {
+                Some(projection) => projection.project(positions, &bounds),
+                None => corners.map(|corner| uv_of(source, corner)),
+            };
+            let normals = corners.map(|corner| rotation * normal_of(source, corner));
+            Some(Face {
+                vertices,
+                normals,
+                uvs,
+            })
+        })
+        .collect();
+    let skipped_degenerate = source.triangles.len() - faces.len();
+    if faces.is_empty() {
+        return Err(MeshError::AllDegenerate {
+            path: path.to_owned(),
+            skipped: skipped_degenerate,
+        });
+    }
+
+    let mut surface = Surface {
+        positions: welded.positions,
+        faces,
+    };
+    // First the winding, since computed normals follow it.
+    let reversed_triangles = normals::align_winding(&mut surface);
+    let computed_normals = normals::complete(&mut surface);
+    let frames = tangent_frames(&surface, bounds.centre(), bounds.diagonal());
+    let quadrics = quadrics(&surface, &frames);
+    let triangles = assemble(&surface, &frames, &quadrics);
+
+    let corners = || triangles.iter().flat_map(|triangle| &triangle.corners);
+    let curvatures = || corners().flat_map(|corner| corner.quadric.principal_curvatures());
+    let report = MeshReport {
+        skipped_degenerate,
+        reversed_triangles,
+        computed_normals,
+        projected_uvs: options.projection.is_some(),
+        smallest_curvature: curvatures().fold(f64::INFINITY, f64::min),
+        largest_curvature: curvatures().fold(f64::NEG_INFINITY, f64::max),
+    };
+    tracing::debug!(path = %path.display(), triangles = triangles.len(), ?report, "mesh prepared");
+    Ok(Mesh {
+        bounds: Bounds::of(corners().map(|corner| corner.position)),
+        position_count: surface
+            .valences()
+            .iter()
+            .filter(|valence| **valence > 0)
+            .count(),
+        triangles,
+        report,
+    })
+}
+
+/// The rotation at unit length; an error if the transform cannot be used.
+fn checked_rotation(path: &Path, options: &MeshOptions) -> Result<DQuat, MeshError> {
+    let failure = |problem: String| MeshError::InvalidTransform {
+        path: path.to_owned(),
+        problem,
+    };
+    let scale = options.scale;
+    if !(scale > 0.0 && scale.is_finite()) {
+        return Err(failure(format!(
+            "the scale is {scale}; it must be a positive number"
+        )));
+    }
+    let translation = options.translation;
+    if !translation.is_finite() {
+        return Err(failure(format!(
+            "the translation is {translation}; it must be finite"
+        )));
+    }
+    let rotation = options.rotation.normalize();
+    if !rotation.is_finite() {
+        return Err(failure(format!(
+            "the rotation is {}; it must be a quaternion with a length",
+            options.rotation
+        )));
+    }
+    Ok(rotation)
+}
+
+/// Checks that the renderers' f32 arithmetic can hold the mesh.
+fn check_size(path: &Path, bounds: &Bounds) -> Result<(), MeshError> {
+    let diagonal = bounds.diagonal();
+    let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
+    // Written so that NaN fails.
+    let fits = reach <= LARGEST_SIZE && (SMALLEST_SIZE..=LARGEST_SIZE).contains(&diagonal);
+    if fits {
+        Ok(())
+    } else {
+        Err(MeshError::SizeOutOfRange {
+            path: path.to_owned(),
+            diagonal,
+            reach,
+        })
+    }
+}
+
+/// Whether the triangle has no area beside its longest edge, or is not finite.
+fn is_degenerate(corners: [DVec3; 3]) -> bool {
+    let [a, b, c] = corners;
+    let longest = a
+        .distance_squared(b)
+        .max(b.distance_squared(c))
+        .max(c.distance_squared(a));
+    let area = 0.5 * area_normal(corners).length();
+    let has_area = area > DEGENERATE_AREA * longest && area.is_finite();
+    !has_area
+}
+
+/// The texture coordinates of a corner; a mesh without them needs a projection,
+/// which was checked.
+fn uv_of(source: &SourceMesh, corner: Corner) -> DVec2 {
+    corner
+        .uv
+        .map_or(DVec2::ZERO, |index| source.uvs[index as usize])
+}
+
+/// The unit normal of a corner; zero where the file has none.
+fn normal_of(source: &SourceMesh, corner: Corner) -> DVec3 {
+    corner.normal.map_or(DVec3::ZERO, |index| {
+        normals::normalized_or_missing(source.normals[index as usize])
+    })
+}
+
+/// Puts the parts together.
+fn assemble(
+    surface: &Surface,
+    frames: &[[TangentFrame; 3]],
+    quadrics: &[[Quadric; 3]],
+) -> Vec<MeshTriangle> {
+    surface
+        .faces
+        .par_iter()
+        .zip(frames)
+        .zip(quadrics)
+        .map(|((face, frames), quadrics)| {
+            let positions = surface.corners(face);
+            let [gradient_u, gradient_v] = uv_gradients(positions, face.uvs);
+            let corners = std::array::from_fn(|corner| MeshCorner {
+                position: positions[corner],
+                position_index: face.vertices[corner],
+                normal: face.normals[corner],
+                tangent: frames[corner].tangent,
+                handedness: frames[corner].handedness,
+                uv: face.uvs[corner],
+                quadric: quadrics[corner],
+            });
+            MeshTriangle {
+                corners,
+                gradient_u,
+                gradient_v,
+            }
+        })
+        .collect()
+}
+
+/// Surface gradients of u and v over a triangle, in repeats per object unit;
+/// zero if the texture coordinates have no area.
+fn uv_gradients(corners: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
+    let (uv1, uv2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
+    let longest = uv1
+        .length_squared()
+        .max(uv2.length_squared())
+        .max(uv1.distance_squared(uv2));
+    let area = 0.5 * uv1.perp_dot(uv2).abs();
+    if area <= DEGENERATE_AREA * longest {
+        return [DVec3::ZERO; 2];
+    }
+    // The reciprocal basis of the two edges in the plane of the triangle.
+    let (edge1, edge2) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let normal = area_normal(corners);
+    let reciprocal1 = edge2.cross(normal) / normal.length_squared();
+    let reciprocal2 = normal.cross(edge1) / normal.length_squared();
+    [
+        uv1.x * reciprocal1 + uv2.x * reciprocal2,
+        uv1.y * reciprocal1 + uv2.y * reciprocal2,
+    ]
+}

@@ -1,0 +1,271 @@
+//! A first look at the text of an OBJ file: finds the line of a mistake, which
+//! `tobj`'s errors do not tell, and hands on only the statements that make
+//! geometry.
+
+use std::path::Path;
+
+use super::error::MeshError;
+
+/// Magnitudes above this are taken for a mistake: their squares would leave
+/// the range of the renderers' f32 arithmetic.
+const LARGEST_NUMBER: f64 = 1e12;
+
+/// Longest part of a word that a message quotes, in characters.
+const QUOTED_CHARACTERS: usize = 40;
+
+/// What the scan of a file found.
+#[derive(Debug)]
+pub(super) struct Scan {
+    /// The `v`, `vt`, `vn` and `f` statements alone, one a line: comments,
+    /// continued lines, groups, materials, points, lines and vertex colours
+    /// are gone. Groups and materials would only split the mesh.
+    pub geometry: String,
+    /// Line of the first face with a corner without texture coordinates.
+    pub face_without_uvs: Option<usize>,
+    /// Line of the first face with a corner without a normal.
+    pub face_without_normals: Option<usize>,
+}
+
+/// Checks the statements of `text` and collects those that make geometry.
+///
+/// # Errors
+///
+/// [`MeshError::Statement`] with the line of the first mistake (a bad number,
+/// NaN or infinity, a bad index), [`MeshError::TooManyTriangles`] and
+/// [`MeshError::NoFaces`].
+pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Scan, MeshError> {
+    let mut scan = Scan {
+        geometry: String::with_capacity(text.len()),
+        face_without_uvs: None,
+        face_without_normals: None,
+    };
+    let mut elements = [
+        Elements::new("vertex"),
+        Elements::new("texture coordinate"),
+        Elements::new("normal"),
+    ];
+    let mut triangles = 0_usize;
+    for (line, words) in statements(text) {
+        let failure = |problem| MeshError::Statement {
+            path: path.to_owned(),
+            line,
+            problem,
+        };
+        let (keyword, arguments) = (words[0], &words[1..]);
+        let kept = match keyword {
+            "v" => {
+                elements[0].count += 1;
+                vertex(arguments, elements[0].count).map_err(failure)?
+            }
+            "vt" => {
+                elements[1].count += 1;
+                numbers("texture coordinate", arguments, 2, elements[1].count).map_err(failure)?
+            }
+            "vn" => {
+                elements[2].count += 1;
+                numbers("normal", arguments, 3, elements[2].count).map_err(failure)?
+            }
+            // Faces with fewer corners are points and lines.
+            "f" if arguments.len() >= 3 => {
+                triangles += arguments.len() - 2;
+                if triangles > triangle_limit {
+                    let path = path.to_owned();
+                    return Err(MeshError::TooManyTriangles {
+                        path,
+                        count: triangles,
+                        limit: triangle_limit,
+                    });
+                }
+                for corner in arguments {
+                    let present = check_corner(corner, line, &mut elements).map_err(failure)?;
+                    if !present[1] {
+                        scan.face_without_uvs.get_or_insert(line);
+                    }
+                    if !present[2] {
+                        scan.face_without_normals.get_or_insert(line);
+                    }
+                }
+                arguments
+            }
+            _ => continue,
+        };
+        scan.geometry.push_str(keyword);
+        for word in kept {
+            scan.geometry.push(' ');
+            scan.geometry.push_str(word);
+        }
+        scan.geometry.push('\n');
+    }
+    // A face may come before the elements it names, so this check is the last.
+    for stream in &elements {
+        if stream.largest_index > stream.count {
+            let problem = format!(
+                "the face names {} {}, but the file has {}",
+                stream.name, stream.largest_index, stream.count
+            );
+            return Err(MeshError::Statement {
+                path: path.to_owned(),
+                line: stream.largest_index_line,
+                problem,
+            });
+        }
+    }
+    if triangles == 0 {
+        return Err(MeshError::NoFaces {
+            path: path.to_owned(),
+        });
+    }
+    Ok(scan)
+}
+
+/// One stream of elements (`v`, `vt` or `vn`) and how faces use it.
+struct Elements {
+    name: &'static str,
+    count: usize,
+    largest_index: usize,
+    largest_index_line: usize,
+}
+
+impl Elements {
+    fn new(name: &'static str) -> Self {
+        Self {
+            name,
+            count: 0,
+            largest_index: 0,
+            largest_index_line: 0,
+        }
+    }
+}
+
+/// The words of each statement with the line where it starts. Cuts comments
+/// and joins lines that end in a backslash.
+fn statements(text: &str) -> impl Iterator<Item = (usize, Vec<&str>)> {
+    let mut lines = text.lines().enumerate();
+    std::iter::from_fn(move || {
+        loop {
+            let (index, mut rest) = lines.next()?;
+            let mut words = Vec::new();
+            loop {
+                let statement = rest.split('#').next().unwrap_or_default().trim_end();
+                let continued = statement.strip_suffix('\\');
+                words.extend(continued.unwrap_or(statement).split_whitespace());
+                match continued.and_then(|_| lines.next()) {
+                    Some((_, next)) => rest = next,
+                    None => break,
+                }
+            }
+            if !words.is_empty() {
+                return Some((index + 1, words));
+            }
+        }
+    })
+}
+
+/// Checks a `v` statement and returns its coordinates and weight, without
+/// colours.
+fn vertex<'a, 'b>(arguments: &'b [&'a str], ordinal: usize) -> Result<&'b [&'a str], String> {
+    match arguments.len() {
+        4 => {
+            let kept = numbers("vertex", arguments, 4, ordinal)?;
+            if kept[3].parse() == Ok(0.0) {
+                return Err(format!(
+                    "vertex {ordinal} has the weight 0; give it the weight 1 or none"
+                ));
+            }
+            Ok(kept)
+        }
+        5 => Err(format!(
+            "vertex {ordinal} has 5 numbers; expected 3, or 6 with a colour"
+        )),
+        _ => numbers("vertex", arguments, 3, ordinal),
+    }
+}
+
+/// Checks that the first `count` arguments are finite numbers and returns
+/// them. `ordinal` counts the elements of this kind from 1, as faces do.
+fn numbers<'a, 'b>(
+    name: &str,
+    arguments: &'b [&'a str],
+    count: usize,
+    ordinal: usize,
+) -> Result<&'b [&'a str], String> {
+    let Some(kept) = arguments.get(..count) else {
+        return Err(format!(
+            "{name} {ordinal} has {} numbers; expected {count}",
+            arguments.len()
+        ));
+    };
+    for word in kept {
+        match word.parse::<f64>() {
+            Err(_) => {
+                return Err(format!(
+                    "`{}` in {name} {ordinal} is not a number",
+                    quoted(word)
+                ));
+            }
+            Ok(number) if !number.is_finite() => {
+                return Err(format!(
+                    "{name} {ordinal} is not finite (`{}`); repair the mesh",
+                    quoted(word)
+                ));
+            }
+            Ok(number) if number.abs() > LARGEST_NUMBER => {
+                return Err(format!(
+                    "{name} {ordinal} is too large (`{}`); the limit is 1e12",
+                    quoted(word)
+                ));
+            }
+            Ok(_) => {}
+        }
+    }
+    Ok(kept)
+}
+
+/// Checks one corner of a face, `position/uv/normal`; tells which of the three
+/// it names.
+fn check_corner(
+    corner: &str,
+    line: usize,
+    elements: &mut [Elements; 3],
+) -> Result<[bool; 3], String> {
+    let malformed = || {
+        format!(
+            "`{}` is not a face corner; expected `v`, `v/vt`, `v//vn` or `v/vt/vn`",
+            quoted(corner)
+        )
+    };
+    let mut present = [false; 3];
+    for (slot, word) in corner.split('/').enumerate() {
+        let stream = elements.get_mut(slot).ok_or_else(malformed)?;
+        if word.is_empty() {
+            continue;
+        }
+        let index: i64 = word.parse().map_err(|_| malformed())?;
+        let name = stream.name;
+        if index == 0 {
+            return Err(format!("the face names {name} 0; OBJ counts from 1"));
+        }
+        let magnitude = usize::try_from(index.unsigned_abs()).map_err(|_| malformed())?;
+        if index < 0 && magnitude > stream.count {
+            let count = stream.count;
+            return Err(format!(
+                "the face names {name} {index}, but only {count} come before it"
+            ));
+        }
+        if index > 0 && magnitude > stream.largest_index {
+            stream.largest_index = magnitude;
+            stream.largest_index_line = line;
+        }
+        present[slot] = true;
+    }
+    if present[0] {
+        Ok(present)
+    } else {
+        Err(malformed())
+    }
+}
+
+/// The start of a word, for a message.
+fn quoted(word: &str) -> String {
+    word.chars().take(QUOTED_CHARACTERS).collect()
+}

@@ -1,0 +1,44 @@
+//! The mesh while it is prepared: triangles over welded positions.
+
+use glam::{DVec2, DVec3};
+
+/// A triangle on its way to a [`super::MeshTriangle`].
+#[derive(Clone, Debug)]
+pub(super) struct Face {
+    /// Welded positions: indices into [`Surface::positions`], all different.
+    pub vertices: [u32; 3],
+    /// Unit normals of the corners; zero where still unknown.
+    pub normals: [DVec3; 3],
+    /// Texture coordinates of the corners, in repeats.
+    pub uvs: [DVec2; 3],
+}
+
+/// Triangles over welded positions.
+#[derive(Debug)]
+pub(super) struct Surface {
+    /// The welded positions, in object units.
+    pub positions: Vec<DVec3>,
+    /// The triangles, none of them degenerate.
+    pub faces: Vec<Face>,
+}
+
+impl Surface {
+    /// Positions of the corners of `face`.
+    pub fn corners(&self, face: &Face) -> [DVec3; 3] {
+        face.vertices.map(|vertex| self.positions[vertex as usize])
+    }
+
+    /// Number of face corners at each welded position.
+    pub fn valences(&self) -> Vec<u32> {
+        let mut valences = vec![0; self.positions.len()];
+        for vertex in self.faces.iter().flat_map(|face| face.vertices) {
+            valences[vertex as usize] += 1;
+        }
+        valences
+    }
+}
+
+/// Normal of a triangle by its winding; its length is twice the area.
+pub(super) fn area_normal(corners: [DVec3; 3]) -> DVec3 {
+    (corners[1] - corners[0]).cross(corners[2] - corners[0])
+}

@@ -1,0 +1,125 @@
+//! From a renderer's words to a PNG.
+
+use crate::Error;
+use crate::file::write_whole;
+use crate::render::ColorWords;
+use rayon::prelude::*;
+use std::path::Path;
+
+/// A finished picture: 8-bit sRGB, three bytes a pixel, rows from the top.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Picture {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// Bytes, 3 · width · height.
+    pub bytes: Vec<u8>,
+}
+
+impl Picture {
+    /// Averages `factor`² samples a pixel in linear light and encodes as sRGB.
+    ///
+    /// # Panics
+    /// If the sides of `words` are not multiples of `factor`.
+    pub fn develop(words: &ColorWords, factor: u32) -> Picture {
+        assert!(words.width.is_multiple_of(factor) && words.height.is_multiple_of(factor));
+        let (width, height) = (words.width / factor, words.height / factor);
+        let weight = 1.0 / (factor * factor) as f32;
+        let mut bytes = vec![0; 3 * width as usize * height as usize];
+        bytes
+            .par_chunks_mut(3 * width as usize)
+            .enumerate()
+            .for_each(|(y, row)| {
+                for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
+                    let mut sum = [0.0f32; 3];
+                    for sample in 0..factor * factor {
+                        let sx = x as u32 * factor + sample % factor;
+                        let sy = y as u32 * factor + sample / factor;
+                        let color = words.rgb(sx, sy);
+                        for (total, channel) in sum.iter_mut().zip(color) {
+                            *total += channel;
+                        }
+                    }
+                    for (byte, total) in pixel.iter_mut().zip(sum) {
+                        *byte = srgb_byte(total * weight);
+                    }
+                }
+            });
+        Picture {
+            width,
+            height,
+            bytes,
+        }
+    }
+
+    /// Writes the picture as PNG, with `comments` as text chunks (keyword, text).
+    ///
+    /// # Errors
+    /// [`Error::Write`] or [`Error::Encode`].
+    pub fn save_png(&self, path: &Path, comments: &[(&str, &str)]) -> Result<(), Error> {
+        let encode = |error: png::EncodingError| match error {
+            png::EncodingError::IoError(source) => Error::Write {
+                path: path.to_path_buf(),
+                source,
+            },
+            other => Error::Encode {
+                path: path.to_path_buf(),
+                message: other.to_string(),
+            },
+        };
+        write_whole(path, |file| {
+            let mut encoder = png::Encoder::new(file, self.width, self.height);
+            encoder.set_color(png::ColorType::Rgb);
+            encoder.set_depth(png::BitDepth::Eight);
+            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+            for (keyword, text) in comments {
+                encoder
+                    .add_itxt_chunk((*keyword).to_string(), (*text).to_string())
+                    .map_err(encode)?;
+            }
+            let mut writer = encoder.write_header().map_err(encode)?;
+            writer.write_image_data(&self.bytes).map_err(encode)?;
+            writer.finish().map_err(encode)
+        })
+    }
+}
+
+/// The sRGB byte of a linear channel; 0 for NaN.
+fn srgb_byte(linear: f32) -> u8 {
+    let x = linear.clamp(0.0, 1.0);
+    let encoded = if x <= 0.003_130_8 {
+        12.92 * x
+    } else {
+        1.055 * x.powf(1.0 / 2.4) - 0.055
+    };
+    (encoded * 255.0 + 0.5) as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bytes_survive_the_way_to_linear_light_and_back() {
+        for byte in 0..=255u32 {
+            let linear = crate::scene::Color::from_hex(byte << 16).linear()[0];
+            assert_eq!(u32::from(srgb_byte(linear)), byte);
+        }
+        assert_eq!(srgb_byte(f32::NAN), 0);
+        assert_eq!(srgb_byte(f32::INFINITY), 255);
+    }
+
+    #[test]
+    fn samples_are_averaged_in_linear_light() {
+        let words = |c: f32| [c.to_bits(), c.to_bits(), c.to_bits(), 1];
+        let buffer = ColorWords {
+            width: 2,
+            height: 2,
+            words: vec![words(0.0), words(1.0), words(1.0), words(0.0)],
+        };
+        let picture = Picture::develop(&buffer, 2);
+        assert_eq!((picture.width, picture.height), (1, 1));
+        assert_eq!(picture.bytes, [188; 3]);
+    }
+}

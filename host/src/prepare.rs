@@ -1,0 +1,342 @@
+//! From a scene to plain data that a renderer reads.
+//!
+//! Positions are moved so that the middle of all objects is the origin, in
+//! f64, before they become f32: a scene far from the origin keeps its digits.
+
+use crate::Error;
+use crate::mesh::{Bounds, Mesh, MeshOptions, MeshTriangle};
+use crate::scene::{Camera, Material, Scene, SceneObject};
+use crate::shape_map::{Pattern, PatternOptions, ShapeMap, Storage, bake};
+use glam::{DQuat, DVec3, EulerRot};
+use rayon::prelude::*;
+use relievo_shared::layout::{Corner, Frame, Object, Triangle};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+/// A scene, ready for a renderer.
+pub struct PreparedScene {
+    /// Camera, light and picture size, one sample per pixel.
+    pub frame: Frame,
+    /// Width and height of the picture, pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel side.
+    pub supersampling: u32,
+    /// Linear RGB where nothing is.
+    pub background: [f32; 3],
+    /// What is drawn, in order.
+    pub objects: Vec<PreparedObject>,
+    /// The camera in world units, also where the scene file has none.
+    pub camera: Camera,
+    /// Time spent on loading and baking.
+    pub preparation: Duration,
+}
+
+/// An object, ready for a renderer.
+pub struct PreparedObject {
+    /// The object's name.
+    pub name: String,
+    /// Its parameters.
+    pub parameters: Object,
+    /// Its triangles, relative to the scene's origin.
+    pub triangles: Vec<Triangle>,
+    /// Its shape map; objects with the same pattern share it.
+    pub map: Arc<ShapeMap>,
+    /// The mesh it came from; objects with the same mesh and transform share it.
+    pub mesh: Arc<Mesh>,
+}
+
+/// A step of the work, for a progress bar.
+#[derive(Clone, Debug)]
+pub enum Step {
+    /// A mesh is loaded and its curvature fitted.
+    Mesh(PathBuf),
+    /// A pattern is loaded and its distance field computed; the fraction done.
+    ShapeMap(PathBuf, f64),
+}
+
+/// What identifies a shape map among the objects of a scene.
+type ShapeKey = (PathBuf, u8, bool);
+
+/// Loads and prepares everything that `scene` names; `progress` may be called
+/// from any thread.
+///
+/// # Errors
+/// [`Error`] for the first object whose assets cannot be used.
+pub fn prepare(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<PreparedScene, Error> {
+    let start = Instant::now();
+    let shapes = load_shapes(scene, progress)?;
+    let meshes = load_meshes(scene, progress)?;
+
+    let bounds = meshes
+        .iter()
+        .map(|mesh| mesh.bounds)
+        .reduce(|a, b| Bounds {
+            min: a.min.min(b.min),
+            max: a.max.max(b.max),
+        })
+        .expect("a scene has at least one object");
+    let origin = bounds.centre();
+    let camera = scene
+        .camera
+        .unwrap_or_else(|| default_camera(&bounds, scene));
+
+    let objects = scene
+        .objects
+        .iter()
+        .zip(meshes)
+        .map(|(object, mesh)| {
+            let map = shapes[&shape_key(object)].clone();
+            prepare_object(scene, object, mesh, map, origin)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+
+    Ok(PreparedScene {
+        frame: frame(scene, &camera, origin, &bounds, scene.size),
+        size: scene.size,
+        supersampling: scene.supersampling,
+        background: scene.background.linear(),
+        objects,
+        camera,
+        preparation: start.elapsed(),
+    })
+}
+
+impl PreparedScene {
+    /// The frame of a picture with `factor` samples per pixel side: the same
+    /// view on a finer grid.
+    pub fn frame_with_samples(&self, factor: u32) -> Frame {
+        let inverse = 1.0 / f64::from(factor);
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        let (right, down) = (wide(self.frame.ray_right), wide(self.frame.ray_down));
+        // The first sample's centre is nearer to the pixel's corner.
+        let first = wide(self.frame.ray_first) + (right + down) * (0.5 * inverse - 0.5);
+        Frame {
+            ray_first: narrow(first),
+            ray_right: narrow(right * inverse),
+            ray_down: narrow(down * inverse),
+            size: self.frame.size.map(|side| side * factor as f32),
+            ..self.frame
+        }
+    }
+
+    /// Number of triangles of all objects.
+    pub fn triangle_count(&self) -> usize {
+        self.objects.iter().map(|object| object.triangles.len()).sum()
+    }
+}
+
+fn shape_key(object: &SceneObject) -> ShapeKey {
+    (object.shape.clone(), object.threshold, object.invert)
+}
+
+fn load_shapes(
+    scene: &Scene,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<BTreeMap<ShapeKey, Arc<ShapeMap>>, Error> {
+    let mut shapes = BTreeMap::new();
+    // One after the other: each is spread over the cores by itself.
+    for object in &scene.objects {
+        let key = shape_key(object);
+        if shapes.contains_key(&key) {
+            continue;
+        }
+        let map = load_shape(object, progress)?;
+        shapes.insert(key, Arc::new(map));
+    }
+    Ok(shapes)
+}
+
+fn load_shape(object: &SceneObject, progress: &(dyn Fn(Step) + Sync)) -> Result<ShapeMap, Error> {
+    let path = &object.shape;
+    progress(Step::ShapeMap(path.clone(), 0.0));
+    if ShapeMap::is_shape_map(path)? {
+        return Ok(ShapeMap::load_png(path)?);
+    }
+    let options = PatternOptions {
+        threshold: object.threshold,
+        invert: object.invert,
+        ..PatternOptions::default()
+    };
+    let pattern = Pattern::load(path, &options)?;
+    Ok(bake(&pattern, Storage::Bits16, &|fraction| {
+        progress(Step::ShapeMap(path.clone(), fraction));
+    }))
+}
+
+/// The mesh of each object, loaded once for objects that share it.
+fn load_meshes(
+    scene: &Scene,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<Vec<Arc<Mesh>>, Error> {
+    let mut loaded: Vec<(PathBuf, MeshOptions, Arc<Mesh>)> = Vec::new();
+    let mut meshes = Vec::with_capacity(scene.objects.len());
+    for object in &scene.objects {
+        let [x, y, z] = object.rotate.map(f64::to_radians);
+        let options = MeshOptions {
+            projection: object.projection,
+            scale: object.scale,
+            rotation: DQuat::from_euler(EulerRot::ZYX, z, y, x),
+            translation: DVec3::from(object.translate),
+            ..MeshOptions::default()
+        };
+        let known = loaded
+            .iter()
+            .find(|(path, known, _)| *path == object.mesh && *known == options);
+        let mesh = match known {
+            Some((_, _, mesh)) => mesh.clone(),
+            None => {
+                progress(Step::Mesh(object.mesh.clone()));
+                let mesh = Arc::new(Mesh::load(&object.mesh, &options)?);
+                loaded.push((object.mesh.clone(), options, mesh.clone()));
+                mesh
+            }
+        };
+        meshes.push(mesh);
+    }
+    Ok(meshes)
+}
+
+fn prepare_object(
+    scene: &Scene,
+    object: &SceneObject,
+    mesh: Arc<Mesh>,
+    map: Arc<ShapeMap>,
+    origin: DVec3,
+) -> Result<PreparedObject, Error> {
+    let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
+    let extrusion = object.extrusion;
+    let radius = (extrusion.extension + extrusion.bevel * extrusion.chamfer) * f64::from(map.width());
+    if map.saturated() && radius >= f64::from(map.max_distance()) {
+        return Err(Error::Object {
+            scene: scene.path.clone(),
+            name: object.name.clone(),
+            problem: format!(
+                "the pattern grows by e + b·c = {:.4} widths, but {} stores distances up to {:.4} widths only; make extension or bevel smaller, or bake the map with --bits 16",
+                radius / f64::from(map.width()),
+                object.shape.display(),
+                map.max_distance() / map.width() as f32,
+            ),
+        });
+    }
+    let Material {
+        cap,
+        wall,
+        bevel,
+        floor,
+        specular,
+        shininess,
+    } = object.material;
+    let parameters = Object {
+        map_size: [map.width() as f32, map.height() as f32],
+        map_step: map.step(),
+        depth: depth as f32,
+        extension: extrusion.extension as f32,
+        bevel: extrusion.bevel as f32,
+        chamfer: extrusion.chamfer as f32,
+        specular: specular as f32,
+        cap_color: cap.linear(),
+        wall_color: wall.linear(),
+        bevel_color: bevel.linear(),
+        floor_color: floor.linear(),
+        shininess,
+        tier: object.tier.code(),
+        cut_out: u32::from(object.cut_out),
+        linear_steps: object.steps,
+        binary_steps: object.bisections,
+        map_bias: map.bias(),
+        map_packing: match map.storage() {
+            Storage::Bits8 => 2,
+            Storage::Bits16 => 1,
+            Storage::Bits32 => 0,
+        },
+        reserved: 0,
+    };
+    let triangles = mesh
+        .triangles
+        .par_iter()
+        .map(|triangle| narrow_triangle(triangle, origin, object.repeat))
+        .collect();
+    Ok(PreparedObject {
+        name: object.name.clone(),
+        parameters,
+        triangles,
+        map,
+        mesh,
+    })
+}
+
+/// A triangle in the renderers' units: f32, positions relative to `origin`,
+/// texture coordinates in repeats of the pattern, v down as rows of an image
+/// run (OBJ's v goes up), less a whole number of repeats.
+fn narrow_triangle(triangle: &MeshTriangle, origin: DVec3, repeat: [f64; 2]) -> Triangle {
+    let uv = triangle
+        .corners
+        .map(|corner| [corner.uv.x * repeat[0], -corner.uv.y * repeat[1]]);
+    let whole = [0, 1].map(|i| uv[0][i].min(uv[1][i]).min(uv[2][i]).floor());
+    let mut corners = [Corner::default(); 3];
+    for (i, (narrowed, corner)) in corners.iter_mut().zip(&triangle.corners).enumerate() {
+        *narrowed = Corner {
+            position: narrow(corner.position - origin),
+            normal: narrow(corner.normal),
+            tangent: narrow(corner.tangent),
+            uv: [0, 1].map(|axis| (uv[i][axis] - whole[axis]) as f32),
+            quadric: [corner.quadric.xx, corner.quadric.xy, corner.quadric.yy].map(|q| q as f32),
+        };
+    }
+    Triangle {
+        corners,
+        gradient_u: narrow(triangle.gradient_u * repeat[0]),
+        gradient_v: narrow(triangle.gradient_v * -repeat[1]),
+        handedness: triangle.corners[0].handedness as f32,
+    }
+}
+
+/// A view of everything from its front, right and above.
+fn default_camera(bounds: &Bounds, scene: &Scene) -> Camera {
+    let centre = bounds.centre();
+    let radius = (0.5 * bounds.diagonal()).max(1e-12);
+    let half = 0.5 * scene.field_of_view.to_radians();
+    let aspect = f64::from(scene.size[0]) / f64::from(scene.size[1]);
+    let narrower = half.tan().min(half.tan() * aspect).atan();
+    let eye = centre + DVec3::new(0.55, 0.75, 1.0).normalize() * (radius / narrower.sin());
+    Camera {
+        eye: eye.to_array(),
+        target: centre.to_array(),
+        up: [0.0, 1.0, 0.0],
+    }
+}
+
+fn frame(scene: &Scene, camera: &Camera, origin: DVec3, bounds: &Bounds, size: [u32; 2]) -> Frame {
+    let eye = DVec3::from(camera.eye);
+    let forward = (DVec3::from(camera.target) - eye).normalize();
+    let right = forward.cross(DVec3::from(camera.up)).normalize();
+    let up = right.cross(forward);
+    let [width, height] = size.map(f64::from);
+    let tan_y = (0.5 * scene.field_of_view.to_radians()).tan();
+    let tan_x = tan_y * width / height;
+    let ray_right = right * (2.0 * tan_x / width);
+    let ray_down = up * (-2.0 * tan_y / height);
+    let corner = forward - right * tan_x + up * tan_y;
+    let light = &scene.light;
+    let reach = eye.distance(bounds.centre()) + bounds.diagonal();
+    Frame {
+        eye: narrow(eye - origin),
+        near: (1e-5 * reach).max(1e-12) as f32,
+        right: narrow(right / tan_x),
+        up: narrow(up / tan_y),
+        forward: narrow(forward),
+        ray_first: narrow(corner + 0.5 * (ray_right + ray_down)),
+        ray_right: narrow(ray_right),
+        ray_down: narrow(ray_down),
+        light_direction: narrow(DVec3::from(light.direction).normalize()),
+        light_color: light.color.linear().map(|c| c * light.intensity as f32),
+        ambient: light.ambient.linear(),
+        size: [width as f32, height as f32],
+    }
+}
+
+fn narrow(v: DVec3) -> [f32; 3] {
+    v.as_vec3().to_array()
+}

@@ -1,0 +1,530 @@
+//! The renderer on a GPU, through wgpu, without a window.
+
+mod adapter;
+
+pub use adapter::{Found, adapters, choose};
+
+use super::{ColorWords, GeometryWords, RenderError, Renderer, background_words};
+use crate::prepare::PreparedScene;
+use relievo_shared::layout::Frame;
+use std::borrow::Cow;
+use std::mem::size_of;
+use std::sync::mpsc;
+
+/// The compiled shaders (see `assets/shaders/manifest.toml`).
+static SHADERS: &[u8] = include_bytes!("../../../../assets/shaders/relievo.spv");
+
+/// Bits of f32 in, bits of f32 out: nothing is filtered, blended or rounded.
+const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// How the module reaches the driver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ShaderPath {
+    /// Untouched; Vulkan only.
+    Passthrough,
+    /// Through naga, which every backend of wgpu can take.
+    Naga,
+}
+
+/// Renders one scene on a GPU. Buffers and pipelines are made once; a frame
+/// writes its camera and draws.
+pub struct GpuRenderer {
+    description: String,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    frame_buffer: wgpu::Buffer,
+    objects: Vec<GpuObject>,
+    color_pipeline: wgpu::RenderPipeline,
+    geometry_pipeline: wgpu::RenderPipeline,
+    background: wgpu::Color,
+    targets: Option<Targets>,
+}
+
+struct GpuObject {
+    bindings: wgpu::BindGroup,
+    vertices: u32,
+}
+
+/// What is drawn to and read back from, kept while the size stays.
+struct Targets {
+    width: u32,
+    height: u32,
+    /// Bytes of a row in the read-back buffers, as the API wants it aligned.
+    stride: u32,
+    words: [wgpu::Texture; 2],
+    depth: wgpu::TextureView,
+    read_back: [wgpu::Buffer; 2],
+}
+
+impl GpuRenderer {
+    /// Puts `scene` on the device of `found`.
+    ///
+    /// # Errors
+    /// [`RenderError::Device`], or [`RenderError::Limit`] where the scene does not fit.
+    pub fn new(scene: &PreparedScene, found: &Found) -> Result<GpuRenderer, RenderError> {
+        let path = if found.takes_spirv() {
+            ShaderPath::Passthrough
+        } else {
+            ShaderPath::Naga
+        };
+        GpuRenderer::with_shader_path(scene, found, path)
+    }
+
+    /// As [`GpuRenderer::new`], with a choice of how the shaders are loaded.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::new`].
+    pub fn with_shader_path(
+        scene: &PreparedScene,
+        found: &Found,
+        path: ShaderPath,
+    ) -> Result<GpuRenderer, RenderError> {
+        let description = found.describe();
+        let (device, queue) = found.open()?;
+        let guarded = Guard::new(&device, &description);
+        let limits = device.limits();
+        let largest = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        for object in &scene.objects {
+            let sizes = [
+                ("triangles", std::mem::size_of_val(object.triangles.as_slice())),
+                ("the shape map", std::mem::size_of_val(object.map.words())),
+            ];
+            for (what, bytes) in sizes {
+                if bytes as u64 > largest {
+                    return Err(RenderError::Limit {
+                        adapter: description,
+                        what: format!("object {:?}: a buffer of {what} (bytes)", object.name),
+                        needed: bytes as u64,
+                        limit: largest,
+                    });
+                }
+            }
+        }
+
+        let module = load_module(&device, path);
+        let layout = bind_group_layout(&device);
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("relievo"),
+            bind_group_layouts: &[Some(&layout)],
+            immediate_size: 0,
+        });
+        let color_pipeline = pipeline(&device, &pipeline_layout, &module, "fragment_color", 1);
+        let geometry_pipeline = pipeline(&device, &pipeline_layout, &module, "fragment_geometry", 2);
+
+        let storage = |label: &str, bytes: &[u8]| {
+            let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some(label),
+                size: (bytes.len() as u64).max(4),
+                usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            });
+            queue.write_buffer(&buffer, 0, bytes);
+            buffer
+        };
+        let frame_buffer = storage("frame", bytemuck::bytes_of(&scene.frame));
+        // Objects with the same map share its buffer.
+        let mut maps: Vec<(*const u32, wgpu::Buffer)> = Vec::new();
+        let mut objects = Vec::with_capacity(scene.objects.len());
+        for object in &scene.objects {
+            let words = object.map.words();
+            let known = maps.iter().find(|(start, _)| *start == words.as_ptr());
+            let map = match known {
+                Some((_, buffer)) => buffer.clone(),
+                None => {
+                    let buffer = storage("shape map", bytemuck::cast_slice(words));
+                    maps.push((words.as_ptr(), buffer.clone()));
+                    buffer
+                }
+            };
+            let parameters = storage("object", bytemuck::bytes_of(&object.parameters));
+            let triangles = storage("triangles", bytemuck::cast_slice(&object.triangles));
+            let buffers = [&frame_buffer, &parameters, &triangles, &map];
+            let entries: Vec<_> = (0..)
+                .zip(buffers)
+                .map(|(binding, buffer)| wgpu::BindGroupEntry {
+                    binding,
+                    resource: buffer.as_entire_binding(),
+                })
+                .collect();
+            let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some(&object.name),
+                layout: &layout,
+                entries: &entries,
+            });
+            objects.push(GpuObject {
+                bindings,
+                vertices: 6 * object.triangles.len() as u32,
+            });
+        }
+        guarded.finish()?;
+
+        let [r, g, b, a] = background_words(scene).map(f64::from);
+        Ok(GpuRenderer {
+            description,
+            device,
+            queue,
+            frame_buffer,
+            objects,
+            color_pipeline,
+            geometry_pipeline,
+            background: wgpu::Color { r, g, b, a },
+            targets: None,
+        })
+    }
+
+    /// Draws `frame` and waits for the device; for measurements, nothing is read back.
+    ///
+    /// # Errors
+    /// As [`Renderer::color`].
+    pub fn draw_color(&mut self, frame: &Frame) -> Result<(), RenderError> {
+        self.draw(frame, false, false)
+    }
+
+    fn draw(&mut self, frame: &Frame, geometry: bool, read_back: bool) -> Result<(), RenderError> {
+        let guarded = Guard::new(&self.device, &self.description);
+        let [width, height] = frame.size.map(|side| side as u32);
+        let kept = self
+            .targets
+            .take()
+            .filter(|targets| (targets.width, targets.height) == (width, height));
+        let targets = match kept {
+            Some(targets) => targets,
+            None => Targets::new(&self.device, &self.description, width, height)?,
+        };
+        self.queue
+            .write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(frame));
+        let count = if geometry { 2 } else { 1 };
+        let views: Vec<wgpu::TextureView> = targets.words[..count]
+            .iter()
+            .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()))
+            .collect();
+        let clear = if geometry {
+            wgpu::Color::TRANSPARENT
+        } else {
+            self.background
+        };
+        let attachments: Vec<_> = views
+            .iter()
+            .map(|view| {
+                Some(wgpu::RenderPassColorAttachment {
+                    view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(clear),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })
+            })
+            .collect();
+        let mut encoder = self
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        {
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("relievo"),
+                color_attachments: &attachments,
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &targets.depth,
+                    depth_ops: Some(wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(0.0),
+                        store: wgpu::StoreOp::Discard,
+                    }),
+                    stencil_ops: None,
+                }),
+                timestamp_writes: None,
+                occlusion_query_set: None,
+                multiview_mask: None,
+            });
+            pass.set_pipeline(if geometry {
+                &self.geometry_pipeline
+            } else {
+                &self.color_pipeline
+            });
+            for object in &self.objects {
+                pass.set_bind_group(0, &object.bindings, &[]);
+                pass.draw(0..object.vertices, 0..1);
+            }
+        }
+        if read_back {
+            for (texture, buffer) in targets.words[..count].iter().zip(&targets.read_back) {
+                encoder.copy_texture_to_buffer(
+                    texture.as_image_copy(),
+                    wgpu::TexelCopyBufferInfo {
+                        buffer,
+                        layout: wgpu::TexelCopyBufferLayout {
+                            offset: 0,
+                            bytes_per_row: Some(targets.stride),
+                            rows_per_image: Some(height),
+                        },
+                    },
+                    texture.size(),
+                );
+            }
+        }
+        self.queue.submit([encoder.finish()]);
+        self.wait()?;
+        self.targets = Some(targets);
+        guarded.finish()
+    }
+
+    fn wait(&self) -> Result<(), RenderError> {
+        self.device
+            .poll(wgpu::PollType::wait_indefinitely())
+            .map(|_| ())
+            .map_err(|error| self.failed(error.to_string()))
+    }
+
+    fn failed(&self, message: String) -> RenderError {
+        RenderError::Device {
+            adapter: self.description.clone(),
+            message,
+        }
+    }
+
+    /// The words of read-back buffer `index`, without the rows' padding.
+    fn read(&self, index: usize) -> Result<Vec<[u32; 4]>, RenderError> {
+        let targets = self
+            .targets
+            .as_ref()
+            .ok_or_else(|| self.failed("nothing was drawn".to_string()))?;
+        let slice = targets.read_back[index].slice(..);
+        let (sender, receiver) = mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver waits below; if it is gone, so is the need.
+            let _ = sender.send(result);
+        });
+        self.wait()?;
+        receiver
+            .recv()
+            .map_err(|error| self.failed(error.to_string()))?
+            .map_err(|error| self.failed(error.to_string()))?;
+        let mut words = Vec::with_capacity(targets.width as usize * targets.height as usize);
+        {
+            let bytes = slice
+                .get_mapped_range()
+                .map_err(|error| self.failed(error.to_string()))?;
+            let row_bytes = targets.width as usize * size_of::<[u32; 4]>();
+            for row in bytes.chunks(targets.stride as usize) {
+                for texel in row[..row_bytes].chunks_exact(size_of::<[u32; 4]>()) {
+                    words.push(bytemuck::pod_read_unaligned(texel));
+                }
+            }
+        }
+        targets.read_back[index].unmap();
+        Ok(words)
+    }
+}
+
+impl Renderer for GpuRenderer {
+    fn name(&self) -> String {
+        self.description.clone()
+    }
+
+    fn color(&mut self, frame: &Frame) -> Result<ColorWords, RenderError> {
+        self.draw(frame, false, true)?;
+        Ok(ColorWords {
+            width: frame.size[0] as u32,
+            height: frame.size[1] as u32,
+            words: self.read(0)?,
+        })
+    }
+
+    fn geometry(&mut self, frame: &Frame) -> Result<GeometryWords, RenderError> {
+        self.draw(frame, true, true)?;
+        Ok(GeometryWords {
+            width: frame.size[0] as u32,
+            height: frame.size[1] as u32,
+            place: self.read(0)?,
+            surface: self.read(1)?,
+        })
+    }
+}
+
+impl Targets {
+    fn new(
+        device: &wgpu::Device,
+        description: &str,
+        width: u32,
+        height: u32,
+    ) -> Result<Targets, RenderError> {
+        let limits = device.limits();
+        let too_large = |what: &str, needed: u64, limit: u64| RenderError::Limit {
+            adapter: description.to_string(),
+            what: format!("a picture of {width} × {height} samples: {what}"),
+            needed,
+            limit,
+        };
+        let side = u64::from(width.max(height));
+        let largest_side = u64::from(limits.max_texture_dimension_2d);
+        if side > largest_side {
+            return Err(too_large("its longer side (pixels)", side, largest_side));
+        }
+        let row_bytes = width * size_of::<[u32; 4]>() as u32;
+        let stride = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let bytes = u64::from(stride) * u64::from(height);
+        if bytes > limits.max_buffer_size {
+            return Err(too_large("its buffer (bytes)", bytes, limits.max_buffer_size));
+        }
+        let texture = |format, usage| {
+            device.create_texture(&wgpu::TextureDescriptor {
+                label: Some("target"),
+                size: wgpu::Extent3d {
+                    width,
+                    height,
+                    depth_or_array_layers: 1,
+                },
+                mip_level_count: 1,
+                sample_count: 1,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage,
+                view_formats: &[],
+            })
+        };
+        let words = || {
+            texture(
+                TARGET_FORMAT,
+                wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            )
+        };
+        let read_back = || {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("read back"),
+                size: bytes,
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            })
+        };
+        Ok(Targets {
+            width,
+            height,
+            stride,
+            words: [words(), words()],
+            depth: texture(DEPTH_FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT)
+                .create_view(&wgpu::TextureViewDescriptor::default()),
+            read_back: [read_back(), read_back()],
+        })
+    }
+}
+
+/// Collects what the device complains of while it lives.
+struct Guard<'a> {
+    validation: wgpu::ErrorScopeGuard,
+    memory: wgpu::ErrorScopeGuard,
+    description: &'a str,
+}
+
+impl<'a> Guard<'a> {
+    fn new(device: &wgpu::Device, description: &'a str) -> Guard<'a> {
+        Guard {
+            validation: device.push_error_scope(wgpu::ErrorFilter::Validation),
+            memory: device.push_error_scope(wgpu::ErrorFilter::OutOfMemory),
+            description,
+        }
+    }
+
+    fn finish(self) -> Result<(), RenderError> {
+        let memory = pollster::block_on(self.memory.pop());
+        let validation = pollster::block_on(self.validation.pop());
+        match memory.or(validation) {
+            None => Ok(()),
+            Some(error) => Err(RenderError::Device {
+                adapter: self.description.to_string(),
+                message: error.to_string(),
+            }),
+        }
+    }
+}
+
+fn load_module(device: &wgpu::Device, path: ShaderPath) -> wgpu::ShaderModule {
+    let words = wgpu::util::make_spirv_raw(SHADERS);
+    match path {
+        ShaderPath::Passthrough => {
+            let entry_points = ["vertex", "fragment_color", "fragment_geometry"]
+                .into_iter()
+                .map(|name| wgpu::PassthroughShaderEntryPoint {
+                    name: Cow::Borrowed(name),
+                    workgroup_size: (1, 1, 1),
+                })
+                .collect();
+            // SAFETY: the module was validated when it was built, its bindings
+            // are those of `bind_group_layout`, and `shared` keeps its indices
+            // within the buffers.
+            unsafe {
+                device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
+                    label: Some("relievo"),
+                    entry_points,
+                    spirv: Some(words),
+                    ..Default::default()
+                })
+            }
+        }
+        ShaderPath::Naga => device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("relievo"),
+            source: wgpu::ShaderSource::SpirV(words),
+        }),
+    }
+}
+
+/// Four read-only storage buffers: frame, object, triangles, texels.
+fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = (0..4)
+        .map(|binding| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("relievo"),
+        entries: &entries,
+    })
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    fragment: &str,
+    targets: usize,
+) -> wgpu::RenderPipeline {
+    let target = Some(wgpu::ColorTargetState {
+        format: TARGET_FORMAT,
+        blend: None,
+        write_mask: wgpu::ColorWrites::ALL,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(fragment),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some("vertex"),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(fragment),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &vec![target; targets],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

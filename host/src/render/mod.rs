@@ -1,0 +1,100 @@
+//! Two renderers behind one interface: the same shared code on the CPU and in
+//! a fragment shader, and the same words of a picture from both.
+
+pub mod cpu;
+pub mod gpu;
+
+use crate::prepare::PreparedScene;
+use relievo_shared::layout::Frame;
+
+pub use cpu::CpuRenderer;
+pub use gpu::GpuRenderer;
+
+/// Linear colours, as the bits of f32.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColorWords {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// (red, green, blue, class) of each pixel, rows from the top.
+    pub words: Vec<[u32; 4]>,
+}
+
+impl ColorWords {
+    /// Linear RGB of a pixel.
+    pub fn rgb(&self, x: u32, y: u32) -> [f32; 3] {
+        let [r, g, b, _] = self.words[y as usize * self.width as usize + x as usize];
+        [r, g, b].map(f32::from_bits)
+    }
+}
+
+/// What was hit, as bits; all 0 where nothing was.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GeometryWords {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// (t, u, v, δ) of each pixel, rows from the top.
+    pub place: Vec<[u32; 4]>,
+    /// (class, N.x, N.y, N.z) of each pixel.
+    pub surface: Vec<[u32; 4]>,
+}
+
+/// The machine cannot render this.
+#[derive(Debug, thiserror::Error)]
+pub enum RenderError {
+    /// There is no adapter, or none of the wanted name.
+    #[error("no GPU adapter {wanted}; {found}; use --backend cpu, or install a Vulkan driver")]
+    NoAdapter {
+        /// What was looked for.
+        wanted: String,
+        /// What is there.
+        found: String,
+    },
+    /// The adapter gave no device.
+    #[error("{adapter}: {message}; use --backend cpu or another --adapter")]
+    Device {
+        /// The adapter.
+        adapter: String,
+        /// Why.
+        message: String,
+    },
+    /// The scene is larger than the adapter's limits.
+    #[error("{adapter}: {what} needs {needed}, and its limit is {limit}; use --backend cpu, or less of it")]
+    Limit {
+        /// The adapter.
+        adapter: String,
+        /// What is too large.
+        what: String,
+        /// How much it needs.
+        needed: u64,
+        /// How much there may be.
+        limit: u64,
+    },
+}
+
+/// Something that makes pictures of one prepared scene.
+pub trait Renderer {
+    /// What renders, for a person: "CPU (2 threads)", "llvmpipe (Vulkan)".
+    fn name(&self) -> String;
+
+    /// Colours of the scene as seen in `frame`.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the machine fails.
+    fn color(&mut self, frame: &Frame) -> Result<ColorWords, RenderError>;
+
+    /// What is hit in `frame`.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the machine fails.
+    fn geometry(&mut self, frame: &Frame) -> Result<GeometryWords, RenderError>;
+}
+
+/// The background of `scene` as a pixel of [`ColorWords`].
+fn background_words(scene: &PreparedScene) -> [u32; 4] {
+    let [r, g, b] = scene.background.map(f32::to_bits);
+    [r, g, b, relievo_shared::normals::CLASS_MISS]
+}

@@ -1,0 +1,520 @@
+//! The scene file: its keys, its defaults and its checks.
+
+use super::{
+    Camera, Color, Extrusion, LARGEST_PICTURE_SIDE, LARGEST_STEPS, Light, Material, Scene,
+    SceneError, SceneObject, Tier,
+};
+use crate::mesh::Projection;
+use serde::Deserialize;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use toml::Spanned;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SceneFile {
+    #[serde(default)]
+    image: ImageTable,
+    #[serde(default)]
+    camera: CameraTable,
+    #[serde(default)]
+    light: LightTable,
+    #[serde(default)]
+    object: Vec<ObjectTable>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct ImageTable {
+    size: Option<Spanned<[i64; 2]>>,
+    #[serde(default)]
+    supersample: bool,
+    background: Option<Color>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct CameraTable {
+    eye: Option<Spanned<[f64; 3]>>,
+    target: Option<Spanned<[f64; 3]>>,
+    up: Option<Spanned<[f64; 3]>>,
+    fov: Option<Spanned<f64>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct LightTable {
+    direction: Option<Spanned<[f64; 3]>>,
+    color: Option<Color>,
+    intensity: Option<Spanned<f64>>,
+    ambient: Option<Color>,
+}
+
+#[derive(Deserialize, Clone, Copy, PartialEq)]
+#[serde(rename_all = "kebab-case")]
+enum Technique {
+    Basic,
+    Outward,
+    Beveled,
+    Chamfered,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ObjectTable {
+    name: Option<String>,
+    mesh: Spanned<PathBuf>,
+    shape: Spanned<PathBuf>,
+    repeat: Option<Spanned<[f64; 2]>>,
+    depth: Option<Spanned<f64>>,
+    technique: Option<Technique>,
+    extension: Option<Spanned<f64>>,
+    bevel: Option<Spanned<f64>>,
+    chamfer: Option<Spanned<f64>>,
+    tier: Option<Tier>,
+    steps: Option<Spanned<i64>>,
+    bisections: Option<Spanned<i64>>,
+    #[serde(default)]
+    cut_out: bool,
+    projection: Option<Projection>,
+    threshold: Option<Spanned<i64>>,
+    #[serde(default)]
+    invert: bool,
+    #[serde(default)]
+    material: MaterialTable,
+    scale: Option<Spanned<f64>>,
+    rotate: Option<Spanned<[f64; 3]>>,
+    translate: Option<Spanned<[f64; 3]>>,
+}
+
+#[derive(Deserialize, Default)]
+#[serde(deny_unknown_fields)]
+struct MaterialTable {
+    cap: Option<Color>,
+    wall: Option<Color>,
+    bevel: Option<Color>,
+    floor: Option<Color>,
+    specular: Option<Spanned<f64>>,
+    shininess: Option<Spanned<i64>>,
+}
+
+/// A scene file of more bytes is no scene.
+const LARGEST_FILE: u64 = 16 << 20;
+
+pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
+    let read = |source| SceneError::Read {
+        path: path.to_path_buf(),
+        source,
+    };
+    let metadata = std::fs::metadata(path).map_err(read)?;
+    if !metadata.is_file() {
+        return Err(read(std::io::Error::other("it is not a regular file")));
+    }
+    if metadata.len() > LARGEST_FILE {
+        return Err(read(std::io::Error::other(format!(
+            "it has {} bytes; a scene file has at most {LARGEST_FILE}",
+            metadata.len()
+        ))));
+    }
+    let text = std::fs::read_to_string(path).map_err(read)?;
+    parse(&text, path)
+}
+
+pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+    let file: SceneFile = toml::from_str(text).map_err(|error| SceneError::Syntax {
+        path: path.to_path_buf(),
+        message: error.to_string().trim_end().to_string(),
+    })?;
+    let check = Checker { text, path };
+
+    let size = match &file.image.size {
+        None => [800, 600],
+        Some(size) => {
+            let limit = i64::from(LARGEST_PICTURE_SIDE);
+            if size.get_ref().iter().any(|&side| side < 1 || side > limit) {
+                return Err(check.wrong(
+                    size,
+                    "image.size",
+                    format!("is {:?}; both sides go from 1 to {limit} pixels", size.get_ref()),
+                ));
+            }
+            size.get_ref().map(|side| side as u32)
+        }
+    };
+
+    let field_of_view = check.within(&file.camera.fov, "camera.fov", 45.0, 0.01, 179.0)?;
+    let camera = camera(&check, &file.camera)?;
+
+    let direction = match &file.light.direction {
+        None => [0.5, 0.8, 0.6],
+        Some(direction) => {
+            check.finite(direction, "light.direction")?;
+            if direction.get_ref().iter().all(|&x| x == 0.0) {
+                return Err(check.wrong(
+                    direction,
+                    "light.direction",
+                    "has no length; it points towards the light".to_string(),
+                ));
+            }
+            *direction.get_ref()
+        }
+    };
+    let light = Light {
+        direction,
+        color: file.light.color.unwrap_or(Color::from_hex(0xfff6e8)),
+        intensity: check.within(&file.light.intensity, "light.intensity", 1.0, 0.0, 1000.0)?,
+        ambient: file.light.ambient.unwrap_or(Color::from_hex(0x5a6470)),
+    };
+
+    if file.object.is_empty() {
+        return Err(SceneError::Syntax {
+            path: path.to_path_buf(),
+            message: "there is no object; add a table [[object]] with the keys mesh and shape"
+                .to_string(),
+        });
+    }
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let objects = file
+        .object
+        .iter()
+        .enumerate()
+        .map(|(i, table)| object(&check, table, i, folder))
+        .collect::<Result<Vec<_>, _>>()?;
+
+    Ok(Scene {
+        path: path.to_path_buf(),
+        text: text.to_string(),
+        size,
+        supersampling: if file.image.supersample { 2 } else { 1 },
+        background: file.image.background.unwrap_or(Color::from_hex(0xe9edf2)),
+        camera,
+        field_of_view,
+        light,
+        objects,
+    })
+}
+
+fn camera(check: &Checker<'_>, table: &CameraTable) -> Result<Option<Camera>, SceneError> {
+    for (key, value) in [
+        ("camera.eye", &table.eye),
+        ("camera.target", &table.target),
+        ("camera.up", &table.up),
+    ] {
+        if let Some(value) = value {
+            check.finite(value, key)?;
+        }
+    }
+    let Some(eye) = &table.eye else {
+        if let Some(target) = table.target.as_ref().or(table.up.as_ref()) {
+            return Err(check.wrong(
+                target,
+                "camera.target or camera.up",
+                "needs camera.eye beside it".to_string(),
+            ));
+        }
+        return Ok(None);
+    };
+    let camera = Camera {
+        eye: *eye.get_ref(),
+        target: table.target.as_ref().map_or([0.0; 3], |v| *v.get_ref()),
+        up: table.up.as_ref().map_or([0.0, 1.0, 0.0], |v| *v.get_ref()),
+    };
+    let [eye_point, target, up] = [camera.eye, camera.target, camera.up].map(glam::DVec3::from);
+    let forward = (target - eye_point).normalize_or_zero();
+    if forward == glam::DVec3::ZERO {
+        return Err(check.wrong(
+            eye,
+            "camera.eye",
+            "is the same point as camera.target; move one of them".to_string(),
+        ));
+    }
+    if forward.cross(up.normalize_or_zero()).length() < 1e-6 {
+        return Err(check.wrong(
+            table.up.as_ref().unwrap_or(eye),
+            "camera.up",
+            "points along the view; choose another direction, such as [0, 0, 1]".to_string(),
+        ));
+    }
+    Ok(Some(camera))
+}
+
+fn object(
+    check: &Checker<'_>,
+    table: &ObjectTable,
+    index: usize,
+    folder: &Path,
+) -> Result<SceneObject, SceneError> {
+    let key = |name: &str| format!("object {}: {name}", index + 1);
+    for (name, value) in [("mesh", &table.mesh), ("shape", &table.shape)] {
+        if value.get_ref().as_os_str().is_empty() {
+            return Err(check.wrong(value, &key(name), "is empty; name a file".to_string()));
+        }
+    }
+    let repeat = match &table.repeat {
+        None => [1.0, 1.0],
+        Some(repeat) => {
+            let in_range = |r: &f64| (1e-3..=1e5).contains(r);
+            if !repeat.get_ref().iter().all(in_range) {
+                return Err(check.wrong(
+                    repeat,
+                    &key("repeat"),
+                    format!("is {:?}; repeats go from 0.001 to 100000", repeat.get_ref()),
+                ));
+            }
+            *repeat.get_ref()
+        }
+    };
+    let depth = match &table.depth {
+        None => None,
+        some => Some(check.within(some, &key("depth"), 0.0, 1e-9, 1e9)?),
+    };
+    let material = Material {
+        cap: table.material.cap.unwrap_or(Color::from_hex(0xd8b45c)),
+        wall: table.material.wall.unwrap_or(Color::from_hex(0xb0502e)),
+        bevel: table.material.bevel.unwrap_or(Color::from_hex(0xe8cf94)),
+        floor: table.material.floor.unwrap_or(Color::from_hex(0x3d5a73)),
+        specular: check.within(&table.material.specular, &key("material.specular"), 0.25, 0.0, 1.0)?,
+        shininess: check.whole(&table.material.shininess, &key("material.shininess"), 40, 1, 127)?,
+    };
+    let mesh = folder.join(table.mesh.get_ref());
+    Ok(SceneObject {
+        name: table.name.clone().unwrap_or_else(|| {
+            mesh.file_stem()
+                .map_or_else(|| "object".to_string(), |stem| stem.to_string_lossy().into())
+        }),
+        mesh,
+        shape: folder.join(table.shape.get_ref()),
+        repeat,
+        depth,
+        extrusion: extrusion(check, table, &key)?,
+        tier: table.tier.unwrap_or(Tier::Fast),
+        steps: check.whole(&table.steps, &key("steps"), 96, 1, LARGEST_STEPS)?,
+        bisections: check.whole(&table.bisections, &key("bisections"), 8, 0, 64)?,
+        cut_out: table.cut_out,
+        projection: table.projection,
+        threshold: check.whole(&table.threshold, &key("threshold"), 128, 1, 255)? as u8,
+        invert: table.invert,
+        material,
+        scale: check.within(&table.scale, &key("scale"), 1.0, 1e-9, 1e9)?,
+        rotate: check.vector(&table.rotate, &key("rotate"), 1e9)?,
+        translate: check.vector(&table.translate, &key("translate"), 1e9)?,
+    })
+}
+
+/// The technique's parameters; a parameter that the technique does not have is a mistake.
+fn extrusion(
+    check: &Checker<'_>,
+    table: &ObjectTable,
+    key: &dyn Fn(&str) -> String,
+) -> Result<Extrusion, SceneError> {
+    let technique = table.technique.unwrap_or(match (&table.chamfer, &table.bevel, &table.extension) {
+        (Some(_), _, _) => Technique::Chamfered,
+        (None, Some(_), _) => Technique::Beveled,
+        (None, None, Some(_)) => Technique::Outward,
+        (None, None, None) => Technique::Basic,
+    });
+    let (has_bevel, has_chamfer) = match technique {
+        Technique::Basic | Technique::Outward => (false, false),
+        Technique::Beveled => (true, false),
+        Technique::Chamfered => (true, true),
+    };
+    let forbid = |value: &Option<Spanned<f64>>, name: &str, instead: &str| match value {
+        Some(value) => Err(check.wrong(
+            value,
+            &key(name),
+            format!("has no meaning for this technique; {instead}"),
+        )),
+        None => Ok(()),
+    };
+    if technique == Technique::Basic {
+        forbid(&table.extension, "extension", "write technique = \"outward\"")?;
+    }
+    if !has_bevel {
+        forbid(&table.bevel, "bevel", "write technique = \"beveled\" or \"chamfered\"")?;
+    }
+    if !has_chamfer {
+        forbid(&table.chamfer, "chamfer", "write technique = \"chamfered\"")?;
+    }
+    let extension_default = if technique == Technique::Outward { 0.02 } else { 0.0 };
+    Ok(Extrusion {
+        extension: check.within(&table.extension, &key("extension"), extension_default, -1.0, 2.0)?,
+        bevel: if has_bevel {
+            check.within(&table.bevel, &key("bevel"), 0.08, 0.0, 10.0)?
+        } else {
+            0.0
+        },
+        chamfer: if has_chamfer {
+            check.within(&table.chamfer, &key("chamfer"), 0.6, 0.0, 1.0)?
+        } else {
+            1.0
+        },
+    })
+}
+
+/// Checks values and says where they stand.
+struct Checker<'a> {
+    text: &'a str,
+    path: &'a Path,
+}
+
+impl Checker<'_> {
+    fn wrong<T>(&self, value: &Spanned<T>, key: &str, problem: String) -> SceneError {
+        let (line, column) = self.place(value.span());
+        SceneError::Value {
+            path: self.path.to_path_buf(),
+            line,
+            column,
+            key: key.to_string(),
+            problem,
+        }
+    }
+
+    fn place(&self, span: Range<usize>) -> (usize, usize) {
+        let before = self.text.get(..span.start).unwrap_or(self.text);
+        let line = before.matches('\n').count() + 1;
+        let column = before.rsplit('\n').next().unwrap_or("").chars().count() + 1;
+        (line, column)
+    }
+
+    fn within(
+        &self,
+        value: &Option<Spanned<f64>>,
+        key: &str,
+        default: f64,
+        low: f64,
+        high: f64,
+    ) -> Result<f64, SceneError> {
+        let Some(value) = value else {
+            return Ok(default);
+        };
+        // False for NaN too.
+        if (low..=high).contains(value.get_ref()) {
+            Ok(*value.get_ref())
+        } else {
+            Err(self.wrong(
+                value,
+                key,
+                format!("is {}; it goes from {low} to {high}", value.get_ref()),
+            ))
+        }
+    }
+
+    fn whole(
+        &self,
+        value: &Option<Spanned<i64>>,
+        key: &str,
+        default: u32,
+        low: u32,
+        high: u32,
+    ) -> Result<u32, SceneError> {
+        let Some(value) = value else {
+            return Ok(default);
+        };
+        match u32::try_from(*value.get_ref()) {
+            Ok(number) if (low..=high).contains(&number) => Ok(number),
+            _ => Err(self.wrong(
+                value,
+                key,
+                format!("is {}; it goes from {low} to {high}", value.get_ref()),
+            )),
+        }
+    }
+
+    fn finite(&self, value: &Spanned<[f64; 3]>, key: &str) -> Result<(), SceneError> {
+        if value.get_ref().iter().all(|x| x.abs() <= 1e9) {
+            Ok(())
+        } else {
+            Err(self.wrong(
+                value,
+                key,
+                format!("is {:?}; its numbers are finite and at most 1e9", value.get_ref()),
+            ))
+        }
+    }
+
+    fn vector(
+        &self,
+        value: &Option<Spanned<[f64; 3]>>,
+        key: &str,
+        limit: f64,
+    ) -> Result<[f64; 3], SceneError> {
+        match value {
+            None => Ok([0.0; 3]),
+            Some(value) if value.get_ref().iter().all(|x| x.abs() <= limit) => Ok(*value.get_ref()),
+            Some(value) => Err(self.wrong(
+                value,
+                key,
+                format!("is {:?}; its numbers are finite and at most {limit}", value.get_ref()),
+            )),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SHORT: &str = "[[object]]\nmesh = \"torus.obj\"\nshape = \"letters.png\"\n";
+
+    fn parse_scene(text: &str) -> Result<Scene, String> {
+        parse(text, Path::new("some/scene.toml")).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn three_lines_are_a_scene() {
+        let scene = parse_scene(SHORT).unwrap();
+        assert_eq!(scene.size, [800, 600]);
+        assert_eq!(scene.objects[0].mesh, Path::new("some/torus.obj"));
+        assert_eq!(scene.objects[0].name, "torus");
+        assert_eq!(scene.objects[0].extrusion.bevel, 0.0);
+        assert!(scene.camera.is_none());
+    }
+
+    #[test]
+    fn parameters_choose_the_technique() {
+        let with = |line: &str| parse_scene(&format!("{SHORT}{line}\n")).unwrap().objects[0].extrusion;
+        assert_eq!(with("bevel = 0.1"), Extrusion { extension: 0.0, bevel: 0.1, chamfer: 1.0 });
+        assert_eq!(with("technique = \"chamfered\""), Extrusion { extension: 0.0, bevel: 0.08, chamfer: 0.6 });
+        assert_eq!(with("extension = 0.1").extension, 0.1);
+    }
+
+    /// Every mistake is told with its line, its key and what would be right.
+    #[test]
+    fn mistakes_name_line_and_key() {
+        let object = |line: &str| format!("{SHORT}{line}\n");
+        let cases = [
+            (object("depht = 0.1"), "line 4", "depht"),
+            (object("depth = nan"), "line 4", "depth"),
+            (object("depth = -1"), "line 4", "depth"),
+            (object("repeat = [0, 6]"), "line 4", "repeat"),
+            (object("repeat = [inf, 6]"), "line 4", "repeat"),
+            (object("steps = 0"), "line 4", "steps"),
+            (object("steps = -99999999999"), "line 4", "steps"),
+            (object("tier = \"best\""), "line 4", "fast"),
+            (object("technique = \"basic\"\nbevel = 0.1"), "line 5", "beveled"),
+            (object("technique = \"beveled\"\nchamfer = 0.1"), "line 5", "chamfered"),
+            (object("translate = [nan, 0, 0]"), "line 4", "translate"),
+            (object("[object.material]\nshininess = 1000"), "line 5", "shininess"),
+            (format!("[image]\nsize = [0, 600]\n{SHORT}"), "line 2", "image.size"),
+            (format!("[image]\nsize = [800, 99999999]\n{SHORT}"), "line 2", "image.size"),
+            (format!("[camera]\nfov = nan\n{SHORT}"), "line 2", "camera.fov"),
+            (format!("[camera]\nfov = 180\n{SHORT}"), "line 2", "camera.fov"),
+            (format!("[camera]\neye = [0, 0, nan]\n{SHORT}"), "line 2", "camera.eye"),
+            (format!("[camera]\neye = [0, 0, 0]\n{SHORT}"), "line 2", "camera.target"),
+            (format!("[camera]\neye = [0, 5, 0]\n{SHORT}"), "line 2", "camera.up"),
+            (format!("[camera]\ntarget = [0, 5, 0]\n{SHORT}"), "line 2", "camera.eye"),
+            (format!("[light]\ndirection = [0, 0, 0]\n{SHORT}"), "line 2", "light.direction"),
+            (format!("[light]\nintensity = -1\n{SHORT}"), "line 2", "light.intensity"),
+            ("[[object]]\nmesh = \"\"\nshape = \"a\"\n".to_string(), "line 2", "mesh"),
+            ("[[object]]\nmesh = \"a\"\n".to_string(), "line 1", "shape"),
+            ("this is not toml".to_string(), "line 1", ""),
+        ];
+        for (text, line, key) in cases {
+            let message = parse_scene(&text).unwrap_err();
+            assert!(message.contains("some/scene.toml"), "{message}");
+            assert!(message.contains(line), "{text}\n{message}");
+            assert!(message.contains(key), "{text}\n{message}");
+        }
+        assert!(parse_scene("").unwrap_err().contains("[[object]]"));
+    }
+}

@@ -1,0 +1,205 @@
+//! The scene: what is to be drawn, as the user wrote it, checked.
+//!
+//! A scene is a TOML file ([`Scene::load`]); every key but an object's `mesh`
+//! and `shape` has a default. Paths are relative to the scene file.
+
+mod color;
+mod file;
+
+pub use color::Color;
+
+use crate::mesh::Projection;
+use std::path::{Path, PathBuf};
+
+/// Largest width or height of a picture, pixels: coordinates stay exact and
+/// pictures stay in memory.
+pub const LARGEST_PICTURE_SIDE: u32 = 16_384;
+/// Largest number of steps of the linear search.
+pub const LARGEST_STEPS: u32 = 65_536;
+
+/// What is wrong with a scene file.
+#[derive(Debug, thiserror::Error)]
+pub enum SceneError {
+    /// The file could not be read.
+    #[error("cannot read the scene file {path}: {source}")]
+    Read {
+        /// The scene file.
+        path: PathBuf,
+        /// Why.
+        source: std::io::Error,
+    },
+    /// The file is not TOML, or has unknown keys or values of a wrong type.
+    #[error("{path}: {message}")]
+    Syntax {
+        /// The scene file.
+        path: PathBuf,
+        /// Line, column, the text there and what is wrong.
+        message: String,
+    },
+    /// A value is out of its range.
+    #[error("{path}, line {line}, column {column}: {key} {problem}")]
+    Value {
+        /// The scene file.
+        path: PathBuf,
+        /// Line of the value, from 1.
+        line: usize,
+        /// Column of the value, from 1.
+        column: usize,
+        /// The key, with the tables it lies in.
+        key: String,
+        /// What is wrong, and what would be right.
+        problem: String,
+    },
+}
+
+/// A scene, checked: every number is finite and in its range.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The file it came from.
+    pub path: PathBuf,
+    /// The file's text, kept for the pictures' metadata.
+    pub text: String,
+    /// Width and height of the picture, pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel side: 1, or 2 for 4× supersampling.
+    pub supersampling: u32,
+    /// What is seen where nothing is.
+    pub background: Color,
+    /// The camera; `None` looks at the whole scene from its front, right and above.
+    pub camera: Option<Camera>,
+    /// Vertical field of view, degrees.
+    pub field_of_view: f64,
+    /// The light.
+    pub light: Light,
+    /// What is drawn, in the order of the file.
+    pub objects: Vec<SceneObject>,
+}
+
+/// Where the eye is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// The eye, world units.
+    pub eye: [f64; 3],
+    /// The point in the picture's centre.
+    pub target: [f64; 3],
+    /// Roughly up.
+    pub up: [f64; 3],
+}
+
+/// One directional light and an ambient one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Towards the light; of any length.
+    pub direction: [f64; 3],
+    /// Colour of the directional light.
+    pub color: Color,
+    /// Its factor.
+    pub intensity: f64,
+    /// Colour of the ambient light.
+    pub ambient: Color,
+}
+
+/// The four extrusions, with their parameters (section 2 of the algorithm).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extrusion {
+    /// e, width units.
+    pub extension: f64,
+    /// b, width units per unit of δ.
+    pub bevel: f64,
+    /// c, 0…1.
+    pub chamfer: f64,
+}
+
+/// How the surface is modelled along a ray: what accuracy is bought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Tier {
+    /// Flat: extrusion mapping without silhouettes.
+    Planar,
+    /// Along the local quadric, with facet depth.
+    Fast,
+}
+
+impl Tier {
+    /// The number of the tier in the shared layouts.
+    pub fn code(self) -> u32 {
+        match self {
+            Tier::Planar => relievo_shared::layout::TIER_PLANAR,
+            Tier::Fast => relievo_shared::layout::TIER_FAST,
+        }
+    }
+}
+
+/// Colours and gloss of an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// The mesh surface on the pattern.
+    pub cap: Color,
+    /// The upright sides.
+    pub wall: Color,
+    /// Bevels and chamfers.
+    pub bevel: Color,
+    /// The ground between the columns.
+    pub floor: Color,
+    /// Strength of the highlight, 0…1.
+    pub specular: f64,
+    /// Exponent of the highlight, 1…127.
+    pub shininess: u32,
+}
+
+/// One object: a mesh, and a pattern wrapped around it.
+#[derive(Clone, Debug)]
+pub struct SceneObject {
+    /// The object's name: as given, or the mesh file's.
+    pub name: String,
+    /// The mesh, an OBJ file.
+    pub mesh: PathBuf,
+    /// The pattern, an image, or a baked shape map.
+    pub shape: PathBuf,
+    /// Repeats of the pattern along u and v.
+    pub repeat: [f64; 2],
+    /// S_z, world units; `None` is 4 % of the mesh's diagonal.
+    pub depth: Option<f64>,
+    /// The technique.
+    pub extrusion: Extrusion,
+    /// The model of the surface.
+    pub tier: Tier,
+    /// Largest number of steps of the linear search.
+    pub steps: u32,
+    /// Bisections after it.
+    pub bisections: u32,
+    /// No floor.
+    pub cut_out: bool,
+    /// Texture coordinates for a mesh that has none.
+    pub projection: Option<Projection>,
+    /// A pixel is pattern where its luma is below this.
+    pub threshold: u8,
+    /// The light pixels are the pattern.
+    pub invert: bool,
+    /// Colours.
+    pub material: Material,
+    /// Uniform scale, before rotation.
+    pub scale: f64,
+    /// Rotation about x, then y, then z, degrees.
+    pub rotate: [f64; 3],
+    /// Translation, last.
+    pub translate: [f64; 3],
+}
+
+impl Scene {
+    /// Reads and checks a scene file.
+    ///
+    /// # Errors
+    /// [`SceneError`] with the file, the line and what to do.
+    pub fn load(path: &Path) -> Result<Scene, SceneError> {
+        file::load(path)
+    }
+
+    /// Reads a scene from `text`; `path` is for messages and relative paths.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+        file::parse(text, path)
+    }
+}

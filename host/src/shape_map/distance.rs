@@ -1,0 +1,454 @@
+//! Exact, toroidal, signed Euclidean distance transform in linear time.
+//!
+//! Meijster's algorithm on integers: first, along each column, the distance to
+//! the nearest pixel of the other class (pattern or not); then, along each row,
+//! the lower envelope of the parabolas those distances span. Squared distances
+//! are integers, so the result is exact up to one square root and one rounding
+//! to f32.
+//!
+//! Source: algorithm.md, section 3; A. Meijster, J. Roerdink, W. Hesselink, "A
+//! general algorithm for computing distance transforms in linear time", 2000.
+
+use super::Pattern;
+use rayon::prelude::*;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Told from time to time, from any thread, which fraction of the work (0…1) is done.
+pub type Progress<'a> = dyn Fn(f64) + Sync + 'a;
+
+/// Signed distances of a map that repeats in both directions, in texels.
+///
+/// Outside the pattern: distance to the nearest pattern pixel's centre − ½.
+/// Inside: ½ − distance to the nearest centre that is not pattern. Hence no
+/// value lies between −½ and ½, and values of neighbours (on the torus) differ
+/// by at most 1.
+#[derive(Clone, Debug, PartialEq)]
+pub struct DistanceField {
+    width: u32,
+    height: u32,
+    values: Vec<f32>,
+}
+
+impl DistanceField {
+    /// Width in texels, at least 1.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height in texels, at least 1.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// All values, row by row, in texels.
+    pub fn values(&self) -> &[f32] {
+        &self.values
+    }
+
+    /// One value, in texels; coordinates beyond the map wrap around.
+    pub fn get(&self, x: u32, y: u32) -> f32 {
+        let (x, y) = ((x % self.width) as usize, (y % self.height) as usize);
+        self.values[y * self.width as usize + x]
+    }
+}
+
+/// Columns handled together: 64 bytes of the pattern, a line of the cache.
+const BLOCK: usize = 64;
+/// Pixels of a piece of work of the row pass.
+const ROWS_PIXELS: usize = 1 << 16;
+/// No pixel of the other class in this column. Real distances are below 2³⁰.
+const NONE: u32 = u32::MAX;
+
+/// Computes the signed distance field of `pattern`, in parallel over columns
+/// and then over rows. Needs 8 bytes per texel, the result included.
+///
+/// Without any pattern pixel every value is √(width² + height²), larger than
+/// any distance on the torus; with nothing but pattern it is the negative.
+pub fn signed_distance_field(pattern: &Pattern, progress: &Progress<'_>) -> DistanceField {
+    let (width, height) = (pattern.width(), pattern.height());
+    let solid = pattern.solid();
+    let values = if solid.iter().all(|&pixel| pixel == solid[0]) {
+        let far = f64::from(width).hypot(f64::from(height)) as f32;
+        vec![if solid[0] { -far } else { far }; solid.len()]
+    } else {
+        let meter = Meter {
+            progress,
+            total: 2 * solid.len(),
+            done: AtomicUsize::new(0),
+        };
+        let columns = ColumnDistances::new(pattern, &meter);
+        row_pass(pattern, &columns, &meter)
+    };
+    progress(1.0);
+    DistanceField {
+        width,
+        height,
+        values,
+    }
+}
+
+/// Counts the pixels done, over all threads.
+struct Meter<'a> {
+    progress: &'a Progress<'a>,
+    total: usize,
+    done: AtomicUsize,
+}
+
+impl Meter<'_> {
+    fn advance(&self, pixels: usize) {
+        let done = self.done.fetch_add(pixels, Ordering::Relaxed) + pixels;
+        (self.progress)(done as f64 / self.total as f64);
+    }
+}
+
+/// For each pixel the distance along its column to the nearest pixel of the
+/// other class, or [`NONE`]. Stored block by block, [`BLOCK`] columns each (the
+/// last may have fewer), row by row in a block, so that each thread owns a
+/// slice.
+struct ColumnDistances {
+    width: usize,
+    height: usize,
+    distances: Vec<u32>,
+}
+
+impl ColumnDistances {
+    fn new(pattern: &Pattern, meter: &Meter<'_>) -> Self {
+        let (width, height) = (pattern.width() as usize, pattern.height() as usize);
+        let mut distances = vec![0; width * height];
+        distances
+            .par_chunks_mut(BLOCK * height)
+            .enumerate()
+            .for_each(|(index, block)| {
+                scan_block(pattern.solid(), width, index * BLOCK, height, block);
+                meter.advance(block.len());
+            });
+        Self {
+            width,
+            height,
+            distances,
+        }
+    }
+
+    /// Copies one row of the map.
+    fn copy_row(&self, y: usize, row: &mut [u32]) {
+        for (index, part) in row.chunks_mut(BLOCK).enumerate() {
+            let columns = BLOCK.min(self.width - index * BLOCK);
+            let start = index * BLOCK * self.height + y * columns;
+            part.copy_from_slice(&self.distances[start..start + columns]);
+        }
+    }
+}
+
+/// Scans a block of columns down and up.
+fn scan_block(solid: &[bool], width: usize, first: usize, height: usize, block: &mut [u32]) {
+    let columns = block.len() / height;
+    let pixels = |y: usize| &solid[y * width + first..][..columns];
+    let below = |y: usize| if y + 1 == height { 0 } else { y + 1 };
+    let above = |y: usize| y.checked_sub(1).unwrap_or(height - 1);
+    // Moves on to the row `y` from its neighbour `from`.
+    let advance = |distances: &mut [u32], y: usize, from: usize| {
+        for ((distance, pixel), neighbour) in distances.iter_mut().zip(pixels(y)).zip(pixels(from))
+        {
+            *distance = if pixel == neighbour {
+                distance.saturating_add(1)
+            } else {
+                1
+            };
+        }
+    };
+
+    // Each direction takes two laps: the first finds with which distances the
+    // second enters across the edge.
+    let mut distances = [NONE; BLOCK];
+    let distances = &mut distances[..columns];
+    for y in 0..height {
+        advance(distances, y, above(y));
+    }
+    for (y, row) in block.chunks_exact_mut(columns).enumerate() {
+        advance(distances, y, above(y));
+        row.copy_from_slice(distances);
+    }
+    distances.fill(NONE);
+    for y in (0..height).rev() {
+        advance(distances, y, below(y));
+    }
+    for (y, row) in block.chunks_exact_mut(columns).enumerate().rev() {
+        advance(distances, y, below(y));
+        for (nearest, &distance) in row.iter_mut().zip(distances.iter()) {
+            *nearest = distance.min(*nearest);
+        }
+    }
+}
+
+fn row_pass(pattern: &Pattern, columns: &ColumnDistances, meter: &Meter<'_>) -> Vec<f32> {
+    let width = columns.width;
+    let solid = pattern.solid();
+    let mut values = vec![0.0; solid.len()];
+    let rows = ROWS_PIXELS.div_ceil(width);
+    values
+        .par_chunks_mut(rows * width)
+        .enumerate()
+        .for_each_init(
+            || RowScan::new(width),
+            |scan, (index, part)| {
+                for (row, values) in part.chunks_exact_mut(width).enumerate() {
+                    let y = index * rows + row;
+                    columns.copy_row(y, &mut scan.vertical);
+                    scan.run(&solid[y * width..][..width], values);
+                }
+                meter.advance(part.len());
+            },
+        );
+    values
+}
+
+/// The part of a parabola (x − apex)² + offset that is the lowest from `start` on.
+struct Arc {
+    apex: i64,
+    offset: i64,
+    start: i64,
+}
+
+impl Arc {
+    fn at(&self, x: i64) -> i64 {
+        (x - self.apex) * (x - self.apex) + self.offset
+    }
+}
+
+/// Buffers to scan a row.
+struct RowScan {
+    /// Distance along the column to the other class.
+    vertical: Vec<u32>,
+    envelope: Vec<Arc>,
+}
+
+impl RowScan {
+    fn new(width: usize) -> Self {
+        Self {
+            vertical: vec![0; width],
+            envelope: Vec::new(),
+        }
+    }
+
+    /// Finds the signed distances of a row from `vertical`.
+    ///
+    /// For a pixel between two *fences* no source beyond a fence can be nearer
+    /// than the fence, so the plain algorithm on a segment is enough, and the
+    /// torus costs nothing. A pixel of the other class is a fence (a source of
+    /// distance 0). In a row of one class the least vertical distance is one.
+    fn run(&mut self, solid: &[bool], values: &mut [f32]) {
+        let width = solid.len();
+        let previous = |x: usize| x.checked_sub(1).unwrap_or(width - 1);
+        let Some(first) = (0..width).find(|&x| solid[x] != solid[previous(x)]) else {
+            let fence = (0..width)
+                .min_by_key(|&x| self.vertical[x])
+                .unwrap_or_default();
+            let vertical = self.vertical[fence];
+            let squared = i64::from(vertical) * i64::from(vertical);
+            values[fence] = signed_distance(squared, solid[fence]);
+            self.segment(solid, fence + 1, width - 1, vertical, values);
+            return;
+        };
+        // Runs of one class, starting where the class changes.
+        let mut start = first;
+        while start < first + width {
+            let class = solid[start % width];
+            let length = (start + 1..first + width)
+                .find(|&x| solid[x % width] != class)
+                .unwrap_or(first + width)
+                - start;
+            self.segment(solid, start, length, 0, values);
+            start += length;
+        }
+    }
+
+    /// Finds the distances of `length` pixels from `start` on (modulo the
+    /// width), all of one class. The fences, one pixel before and one after,
+    /// are at distance `fence` of the other class.
+    fn segment(
+        &mut self,
+        solid: &[bool],
+        start: usize,
+        length: usize,
+        fence: u32,
+        values: &mut [f32],
+    ) {
+        // Segment coordinate 0 is the fence before the first pixel. No segment
+        // reaches beyond the second repeat.
+        let wrap = |x: i64| {
+            let x = start + x as usize - 1;
+            x.checked_sub(solid.len()).unwrap_or(x)
+        };
+        let last = length as i64 + 1;
+        self.envelope.clear();
+        self.add_source(0, fence, last);
+        for x in 1..last {
+            self.add_source(x, self.vertical[wrap(x)], last);
+        }
+        self.add_source(last, fence, last);
+
+        for (index, arc) in self.envelope.iter().enumerate() {
+            let end = self.envelope.get(index + 1).map_or(last, |arc| arc.start);
+            for x in arc.start.max(1)..end {
+                values[wrap(x)] = signed_distance(arc.at(x), solid[wrap(x)]);
+            }
+        }
+    }
+
+    /// Adds a source right of all others to the envelope over 0…`last`.
+    fn add_source(&mut self, apex: i64, vertical: u32, last: i64) {
+        if vertical == NONE {
+            return;
+        }
+        let mut new = Arc {
+            apex,
+            offset: i64::from(vertical) * i64::from(vertical),
+            start: 0,
+        };
+        let hidden = |arc: &mut Arc| arc.at(arc.start) > new.at(arc.start);
+        while self.envelope.pop_if(hidden).is_some() {}
+        if let Some(arc) = self.envelope.last() {
+            // The last x where `arc` is not above `new`; not negative, as it
+            // is not above at its own start. All terms are at most 2⁶⁰.
+            let numerator = (new.apex * new.apex - arc.apex * arc.apex) + (new.offset - arc.offset);
+            new.start = numerator / (2 * (new.apex - arc.apex)) + 1;
+        }
+        if new.start <= last {
+            self.envelope.push(new);
+        }
+    }
+}
+
+/// From the squared distance to the nearest centre of the other class.
+fn signed_distance(squared: i64, solid: bool) -> f32 {
+    let outside = ((squared as f64).sqrt() - 0.5) as f32;
+    if solid { -outside } else { outside }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::sync::Mutex;
+
+    fn field(pattern: &Pattern) -> DistanceField {
+        signed_distance_field(pattern, &|_| ())
+    }
+
+    /// The definition, over all pairs of pixels.
+    fn brute_force(pattern: &Pattern, x: u32, y: u32) -> f32 {
+        let (width, height) = (pattern.width(), pattern.height());
+        let solid = pattern.is_solid(x, y);
+        let around = |a: u32, b: u32, size: u32| u64::from(a.abs_diff(b).min(size - a.abs_diff(b)));
+        let nearest = (0..height)
+            .flat_map(|v| (0..width).map(move |u| (u, v)))
+            .filter(|&(u, v)| pattern.is_solid(u, v) != solid)
+            .map(|(u, v)| around(x, u, width).pow(2) + around(y, v, height).pow(2))
+            .min();
+        let outside = match nearest {
+            Some(squared) => (squared as f64).sqrt() - 0.5,
+            None => f64::from(width).hypot(f64::from(height)),
+        };
+        (if solid { -outside } else { outside }) as f32
+    }
+
+    /// Random patterns of all densities, with and without any pixel.
+    pub(in super::super) fn patterns(
+        max_width: u32,
+        max_height: u32,
+    ) -> impl Strategy<Value = Pattern> + use<> {
+        let density = prop_oneof![
+            1 => Just(0.0),
+            1 => Just(1.0),
+            2 => 0.0..0.05,
+            2 => 0.95..1.0,
+            6 => 0.0..1.0,
+        ];
+        (1..=max_width, 1..=max_height, density).prop_flat_map(|(width, height, density)| {
+            let pixels = (width * height) as usize;
+            prop::collection::vec(prop::bool::weighted(density), pixels).prop_map(move |solid| {
+                Pattern::from_fn(width, height, |x, y| solid[(y * width + x) as usize]).unwrap()
+            })
+        })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(600))]
+
+        #[test]
+        fn equals_brute_force(pattern in patterns(24, 17)) {
+            let field = field(&pattern);
+            for y in 0..pattern.height() {
+                for x in 0..pattern.width() {
+                    prop_assert_eq!(field.get(x, y), brute_force(&pattern, x, y), "at {}, {}", x, y);
+                }
+            }
+        }
+
+        #[test]
+        fn equals_brute_force_across_blocks(pattern in patterns(150, 3)) {
+            let field = field(&pattern);
+            for x in 0..pattern.width() {
+                prop_assert_eq!(field.get(x, 0), brute_force(&pattern, x, 0), "at {}", x);
+            }
+        }
+    }
+
+    #[test]
+    fn one_pixel_in_a_very_long_row_or_column() {
+        // Squared distances up to 10¹⁰ overflow 32 bits.
+        const LENGTH: u32 = 200_000;
+        let row = field(&Pattern::from_fn(LENGTH, 1, |x, _| x == 7).unwrap());
+        let column = field(&Pattern::from_fn(1, LENGTH, |_, y| y == 7).unwrap());
+        let inverse = field(&Pattern::from_fn(LENGTH, 1, |x, _| x != 7).unwrap());
+        for i in 0..LENGTH {
+            let away = i.abs_diff(7).min(LENGTH - i.abs_diff(7));
+            let wanted = if away == 0 { -0.5 } else { away as f32 - 0.5 };
+            assert_eq!(row.get(i, 0), wanted);
+            assert_eq!(column.get(0, i), wanted);
+            assert_eq!(inverse.get(i, 0), -wanted);
+        }
+    }
+
+    #[test]
+    fn empty_and_full_patterns_are_farther_than_any_distance() {
+        let empty = field(&Pattern::from_fn(3, 4, |_, _| false).unwrap());
+        assert_eq!(empty.values(), [5.0; 12]);
+        let full = field(&Pattern::from_fn(3, 4, |_, _| true).unwrap());
+        assert_eq!(full.values(), [-5.0; 12]);
+    }
+
+    #[test]
+    fn progress_grows_to_one() {
+        let pattern = Pattern::from_fn(300, 300, |x, y| x == y).unwrap();
+        let calls = Mutex::new(Vec::new());
+        signed_distance_field(&pattern, &|fraction| calls.lock().unwrap().push(fraction));
+        let calls = calls.into_inner().unwrap();
+        assert!(calls.len() >= 7, "{calls:?}");
+        assert!(calls.iter().all(|&f| f > 0.0 && f <= 1.0), "{calls:?}");
+        assert_eq!(calls.last(), Some(&1.0));
+    }
+
+    #[test]
+    #[ignore = "large, and prints the time it takes: run by hand in release"]
+    fn discs_of_4096_squared() {
+        const SIZE: u32 = 4096;
+        let pattern = Pattern::from_fn(SIZE, SIZE, |x, y| {
+            let (x, y) = ((x % 256).abs_diff(128), (y % 256).abs_diff(128));
+            x * x + y * y < 80 * 80
+        })
+        .unwrap();
+        let started = std::time::Instant::now();
+        let field = field(&pattern);
+        let transformed = started.elapsed();
+        super::super::ShapeMap::encode(&field, super::super::Storage::Bits16);
+        println!(
+            "transform {transformed:?}, with encoding {:?}",
+            started.elapsed()
+        );
+        for i in 0..20 {
+            let (x, y) = (i * 997 % SIZE, i * 3001 % SIZE);
+            assert_eq!(field.get(x, y), brute_force(&pattern, x, y), "at {x}, {y}");
+        }
+    }
+}

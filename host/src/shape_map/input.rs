@@ -1,0 +1,57 @@
+//! What all image files that are read have in common: opening and size limits.
+
+use super::ShapeMapError;
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+/// The number of pixels above which an image is refused unless the caller
+/// raises the limit: 2²⁸, a square of 16,384.
+pub const DEFAULT_MAX_PIXELS: u64 = 1 << 28;
+
+/// The number of pixels that no limit can be raised above: 2³⁰. Up to here
+/// squared distances fit the integers used, and byte offsets fit 32 bits.
+pub const MAX_PIXELS: u64 = 1 << 30;
+
+/// Opens a file for reading and tells a folder from a file.
+pub(super) fn open(path: &Path) -> Result<BufReader<File>, ShapeMapError> {
+    let read_error = |source| ShapeMapError::Read {
+        path: path.to_path_buf(),
+        source,
+    };
+    // Asked first: some systems refuse to open a folder with a misleading reason.
+    if std::fs::metadata(path).map_err(read_error)?.is_dir() {
+        return Err(ShapeMapError::Directory {
+            path: path.to_path_buf(),
+        });
+    }
+    Ok(BufReader::new(File::open(path).map_err(read_error)?))
+}
+
+/// Refuses an image without pixels or with more than `max_pixels` of them
+/// ([`MAX_PIXELS`] at most).
+pub(super) fn check_size(
+    path: &Path,
+    width: u32,
+    height: u32,
+    max_pixels: u64,
+) -> Result<(), ShapeMapError> {
+    let pixels = u64::from(width) * u64::from(height);
+    let max_pixels = max_pixels.min(MAX_PIXELS);
+    if pixels == 0 {
+        return Err(ShapeMapError::EmptyImage {
+            path: path.to_path_buf(),
+            width,
+            height,
+        });
+    }
+    if pixels > max_pixels {
+        return Err(ShapeMapError::TooLarge {
+            path: path.to_path_buf(),
+            width,
+            height,
+            max_pixels,
+        });
+    }
+    Ok(())
+}

@@ -1,0 +1,329 @@
+//! The pattern: the dark pixels of an image, which are extruded.
+//!
+//! Source: algorithm.md, sections 1 and 3.
+
+use super::ShapeMapError;
+use super::input::{DEFAULT_MAX_PIXELS, MAX_PIXELS, check_size, open};
+use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
+use std::io::Seek;
+use std::path::Path;
+
+/// How an image becomes binary.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PatternOptions {
+    /// A pixel is pattern where its luma, rounded to 8 bits, is below this
+    /// value (0…255; default 128).
+    pub threshold: u8,
+    /// Makes the bright pixels the pattern instead (default false).
+    pub invert: bool,
+    /// Images with more pixels are refused before they are decoded (default
+    /// [`DEFAULT_MAX_PIXELS`]; values above [`MAX_PIXELS`] count as that).
+    pub max_pixels: u64,
+}
+
+impl Default for PatternOptions {
+    fn default() -> Self {
+        Self {
+            threshold: 128,
+            invert: false,
+            max_pixels: DEFAULT_MAX_PIXELS,
+        }
+    }
+}
+
+/// A binary image: which pixels belong to the pattern. It has at least one
+/// pixel and repeats in both directions.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Pattern {
+    width: u32,
+    height: u32,
+    solid: Vec<bool>,
+}
+
+impl Pattern {
+    /// Loads an image and thresholds it. Fully transparent pixels are never
+    /// pattern, inverted or not.
+    ///
+    /// The format is guessed from the content; the file's extension counts only
+    /// where the content has no signature (TGA). Of an animation the first
+    /// frame is taken.
+    ///
+    /// # Errors
+    /// A file that cannot be read, is no image, or has no pixels or too many.
+    pub fn load(path: impl AsRef<Path>, options: &PatternOptions) -> Result<Self, ShapeMapError> {
+        let path = path.as_ref();
+        let image = decode_image(path, options.max_pixels)?;
+        let (width, height) = (image.width(), image.height());
+        let solid = image
+            .into_luma_alpha8()
+            .pixels()
+            .map(|pixel| {
+                let [luma, alpha] = pixel.0;
+                alpha > 0 && (luma < options.threshold) != options.invert
+            })
+            .collect();
+        Ok(Self {
+            width,
+            height,
+            solid,
+        })
+    }
+
+    /// Makes a pattern of `width` × `height` pixels; `solid(x, y)` says which
+    /// belong to it. Called row by row, from the top left.
+    ///
+    /// # Errors
+    /// [`ShapeMapError::InvalidSize`] for no pixels or more than [`MAX_PIXELS`].
+    pub fn from_fn(
+        width: u32,
+        height: u32,
+        mut solid: impl FnMut(u32, u32) -> bool,
+    ) -> Result<Self, ShapeMapError> {
+        let pixels = u64::from(width) * u64::from(height);
+        if pixels == 0 || pixels > MAX_PIXELS {
+            return Err(ShapeMapError::InvalidSize { width, height });
+        }
+        let mut pixels = Vec::with_capacity(pixels as usize);
+        for y in 0..height {
+            pixels.extend((0..width).map(|x| solid(x, y)));
+        }
+        Ok(Self {
+            width,
+            height,
+            solid: pixels,
+        })
+    }
+
+    /// Width in pixels, at least 1.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Height in pixels, at least 1.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// All pixels, row by row: true where the pixel is pattern.
+    pub fn solid(&self) -> &[bool] {
+        &self.solid
+    }
+
+    /// Whether a pixel is pattern; coordinates beyond the map wrap around.
+    pub fn is_solid(&self, x: u32, y: u32) -> bool {
+        let (x, y) = ((x % self.width) as usize, (y % self.height) as usize);
+        self.solid[y * self.width as usize + x]
+    }
+}
+
+/// Decodes an image whose size has been checked before any pixel is read.
+fn decode_image(path: &Path, max_pixels: u64) -> Result<DynamicImage, ShapeMapError> {
+    let read_error = |source| ShapeMapError::Read {
+        path: path.to_path_buf(),
+        source,
+    };
+    let decode_error = |source| ShapeMapError::DecodeImage {
+        path: path.to_path_buf(),
+        source: Box::new(source),
+    };
+    let mut file = open(path)?;
+    // The decoder for PNG reads on to the pixels before it tells the size.
+    if let Ok(header) = png::Decoder::new(&mut file).read_header_info() {
+        check_size(path, header.width, header.height, max_pixels)?;
+    }
+    file.rewind().map_err(read_error)?;
+
+    let mut reader = ImageReader::new(file);
+    if let Ok(format) = image::ImageFormat::from_path(path) {
+        reader.set_format(format);
+    }
+    let mut reader = reader.with_guessed_format().map_err(read_error)?;
+    // Four channels of 32 bits are the largest pixel; the rest is for buffers.
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(16 * max_pixels.min(MAX_PIXELS) + (64 << 20));
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(decode_error)?;
+    let (width, height) = decoder.dimensions();
+    check_size(path, width, height, max_pixels)?;
+    DynamicImage::from_decoder(decoder).map_err(decode_error)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{GrayImage, ImageFormat, Luma, LumaA, Rgb, RgbImage};
+    use std::error::Error;
+    use std::fs;
+
+    fn load(path: &Path) -> Result<Pattern, ShapeMapError> {
+        Pattern::load(path, &PatternOptions::default())
+    }
+
+    fn options(threshold: u8, invert: bool) -> PatternOptions {
+        PatternOptions {
+            threshold,
+            invert,
+            ..PatternOptions::default()
+        }
+    }
+
+    #[test]
+    fn threshold_and_inversion() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("ramp.png");
+        GrayImage::from_fn(4, 1, |x, _| Luma([[0, 127, 128, 255][x as usize]]))
+            .save(&path)
+            .unwrap();
+        let solid = |options| Pattern::load(&path, &options).unwrap().solid;
+        assert_eq!(solid(options(128, false)), [true, true, false, false]);
+        assert_eq!(solid(options(128, true)), [false, false, true, true]);
+        assert_eq!(solid(options(0, false)), [false; 4]);
+        assert_eq!(solid(options(255, false)), [true, true, true, false]);
+    }
+
+    #[test]
+    fn transparent_pixels_are_never_pattern() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("alpha.png");
+        let pixels = [[0, 0], [0, 1], [255, 0], [255, 255]];
+        image::GrayAlphaImage::from_fn(4, 1, |x, _| LumaA(pixels[x as usize]))
+            .save(&path)
+            .unwrap();
+        let solid = |options| Pattern::load(&path, &options).unwrap().solid;
+        assert_eq!(solid(options(128, false)), [false, true, false, false]);
+        assert_eq!(solid(options(128, true)), [false, false, false, true]);
+    }
+
+    #[test]
+    fn every_lossless_format_loads_the_same_pattern_whatever_its_extension() {
+        let folder = tempfile::tempdir().unwrap();
+        let wanted = Pattern::from_fn(13, 7, |x, y| (x * 5 + y * 3) % 4 == 0).unwrap();
+        let image = RgbImage::from_fn(13, 7, |x, y| {
+            Rgb([if wanted.is_solid(x, y) { 10 } else { 240 }; 3])
+        });
+        for (format, name) in [
+            (ImageFormat::Png, "png.jpg"),
+            (ImageFormat::Bmp, "bmp.png"),
+            (ImageFormat::Gif, "gif"),
+            (ImageFormat::Tiff, "tiff.txt"),
+            (ImageFormat::WebP, "webp.webp"),
+            (ImageFormat::Pnm, "pnm.bin"),
+            (ImageFormat::Qoi, "qoi"),
+            (ImageFormat::Tga, "no_signature.tga"),
+        ] {
+            let path = folder.path().join(name);
+            image.save_with_format(&path, format).unwrap();
+            assert_eq!(load(&path).unwrap(), wanted, "{name}");
+        }
+    }
+
+    #[test]
+    fn sixteen_bit_and_one_bit_images() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("deep.png");
+        image::ImageBuffer::<Luma<u16>, _>::from_raw(2, 1, vec![0x7f00u16, 0x8100])
+            .unwrap()
+            .save(&path)
+            .unwrap();
+        assert_eq!(load(&path).unwrap().solid, [true, false]);
+        let path = folder.path().join("bits.pbm");
+        fs::write(&path, "P1 2 1\n1 0\n").unwrap(); // 1 is black
+        assert_eq!(load(&path).unwrap().solid, [true, false]);
+    }
+
+    /// Signature and header of a gray PNG, and nothing more.
+    fn png_header(width: u32, height: u32) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        let mut encoder = png::Encoder::new(&mut bytes, width, height);
+        encoder.set_color(png::ColorType::Grayscale);
+        encoder.set_depth(png::BitDepth::Eight);
+        drop(encoder.write_header().unwrap());
+        bytes
+    }
+
+    #[test]
+    fn a_huge_image_is_refused_by_its_header() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("huge.png");
+        for (width, height) in [(60_000, 60_000), (0x7fff_ffff, 1)] {
+            fs::write(&path, png_header(width, height)).unwrap();
+            let message = load(&path).unwrap_err().to_string();
+            for part in ["huge.png", "268435456", "raise the limit"] {
+                assert!(message.contains(part), "{message}");
+            }
+            assert!(
+                message.contains(&format!("{width} × {height}")),
+                "{message}"
+            );
+        }
+        // Other formats tell their size before the pixels.
+        fs::write(&path, "P5 60000 60000 255\n").unwrap();
+        assert!(matches!(
+            load(&path),
+            Err(ShapeMapError::TooLarge { width: 60_000, .. })
+        ));
+    }
+
+    #[test]
+    fn the_limit_is_inclusive_and_cannot_be_raised_without_end() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("small.png");
+        GrayImage::new(4, 3).save(&path).unwrap();
+        let with_limit = |max_pixels| PatternOptions {
+            max_pixels,
+            ..PatternOptions::default()
+        };
+        assert!(Pattern::load(&path, &with_limit(12)).is_ok());
+        assert!(matches!(
+            Pattern::load(&path, &with_limit(11)),
+            Err(ShapeMapError::TooLarge { max_pixels: 11, .. })
+        ));
+        fs::write(&path, png_header(60_000, 60_000)).unwrap();
+        let error = Pattern::load(&path, &with_limit(u64::MAX)).unwrap_err();
+        assert!(!error.to_string().contains("raise"), "{error}");
+    }
+
+    #[test]
+    fn files_that_are_no_image_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let text = folder.path().join("text.png");
+        fs::write(&text, "not an image at all").unwrap();
+        let nothing = folder.path().join("nothing");
+        fs::write(&nothing, "").unwrap();
+        let flat = folder.path().join("flat.pgm");
+        fs::write(&flat, "P5 0 5 255\n").unwrap();
+        let truncated = folder.path().join("truncated.png");
+        fs::write(&truncated, png_header(8, 8)).unwrap();
+        let missing = folder.path().join("missing.png");
+        for path in [
+            text.as_path(),
+            &nothing,
+            &flat,
+            &truncated,
+            &missing,
+            folder.path(),
+        ] {
+            let error = load(path).unwrap_err();
+            let name = path.display().to_string();
+            assert!(error.to_string().contains(&name), "{error}");
+        }
+        assert!(matches!(
+            load(&text),
+            Err(ShapeMapError::DecodeImage { .. })
+        ));
+        assert!(matches!(load(&missing), Err(ShapeMapError::Read { .. })));
+        assert!(load(&missing).unwrap_err().source().is_some());
+        assert!(matches!(
+            load(folder.path()),
+            Err(ShapeMapError::Directory { .. })
+        ));
+    }
+
+    #[test]
+    fn sizes_that_cannot_be_made() {
+        for (width, height) in [(0, 0), (0, 5), (5, 0), (u32::MAX, u32::MAX)] {
+            let error = Pattern::from_fn(width, height, |_, _| true).unwrap_err();
+            assert!(matches!(error, ShapeMapError::InvalidSize { .. }));
+        }
+    }
+}

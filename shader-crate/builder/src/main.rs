@@ -1,0 +1,131 @@
+//! Compiles `shader-crate` to SPIR-V with rust-gpu and writes the modules and
+//! their manifest to `assets/shaders`:
+//!
+//! ```text
+//! cargo +nightly-2026-08-15 run --release --manifest-path shader-crate/builder/Cargo.toml
+//! ```
+//!
+//! With `-- --check` it writes nothing and fails where the committed files are
+//! not, byte for byte, what the sources give.
+
+use anyhow::{Context, Result, bail};
+use relievo_shader_manifest::{
+    MANIFEST_FILE, Manifest, Module, SHADER_FOLDER, Toolchain, digest, source_digests,
+};
+use spirv_builder::{SpirvBuilder, SpirvMetadata};
+use std::collections::BTreeMap;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+/// The nightly that rust-gpu 0.11.0 is a backend of; also in `rust-toolchain.toml`.
+const NIGHTLY: &str = "nightly-2026-08-15";
+const RUST_GPU: &str = "0.11.0";
+const TARGET: &str = "spirv-unknown-vulkan1.1";
+const MODULE: &str = "relievo.spv";
+
+fn main() -> Result<()> {
+    let check = match std::env::args().skip(1).collect::<Vec<_>>().as_slice() {
+        [] => false,
+        [flag] if flag == "--check" => true,
+        other => bail!("unknown arguments {other:?}; the only one is --check"),
+    };
+    let builder = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let root = builder
+        .join("../..")
+        .canonicalize()
+        .context("the builder must run where it was built")?;
+    let files = compile(&root)?;
+    let folder = root.join(SHADER_FOLDER);
+    if check {
+        let mut wrong = Vec::new();
+        for (name, bytes) in &files {
+            if std::fs::read(folder.join(name)).ok().as_ref() != Some(bytes) {
+                wrong.push(name.as_str());
+            }
+        }
+        if !wrong.is_empty() {
+            bail!(
+                "not what the sources give: {}; run the builder without --check and commit {SHADER_FOLDER}",
+                wrong.join(", ")
+            );
+        }
+        println!("{} files in {SHADER_FOLDER} are what the sources give", files.len());
+    } else {
+        std::fs::create_dir_all(&folder)?;
+        for (name, bytes) in &files {
+            write_whole(&folder.join(name), bytes)?;
+            println!("{SHADER_FOLDER}/{name}: {} bytes", bytes.len());
+        }
+    }
+    Ok(())
+}
+
+/// Every file of the shader folder, by name.
+fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
+    // Beside the builder's own target folder: both are worth caching.
+    let target_folder = std::env::current_exe()?
+        .ancestors()
+        .nth(2)
+        .context("the program lies in a target folder")?
+        .join("spirv");
+    let mut spirv = SpirvBuilder::new(root.join("shader-crate"), TARGET)
+        .deny_warnings(true)
+        .spirv_metadata(SpirvMetadata::None)
+        .target_dir_path(target_folder);
+    spirv.toolchain_overwrite = Some(NIGHTLY.to_string());
+    let result = spirv.build().context("rust-gpu did not compile shader-crate")?;
+    let bytes = std::fs::read(result.module.unwrap_single())?;
+
+    let mut entry_points = result.entry_points.clone();
+    entry_points.sort();
+    let manifest = Manifest {
+        toolchain: Toolchain {
+            rustc: rustc_version()?,
+            rust_gpu: RUST_GPU.to_string(),
+            target: TARGET.to_string(),
+        },
+        modules: BTreeMap::from([(
+            MODULE.to_string(),
+            Module {
+                sha256: digest(&bytes),
+                bytes: bytes.len() as u64,
+                entry_points,
+            },
+        )]),
+        sources: source_digests(root)?,
+    };
+    Ok(BTreeMap::from([
+        (MODULE.to_string(), bytes),
+        (MANIFEST_FILE.to_string(), manifest.to_text().into_bytes()),
+    ]))
+}
+
+fn rustc_version() -> Result<String> {
+    let output = Command::new("rustc")
+        .arg(format!("+{NIGHTLY}"))
+        .arg("--version")
+        .output()
+        .context("cannot run rustc through rustup")?;
+    if !output.status.success() {
+        bail!(
+            "{NIGHTLY} is not installed: rustup toolchain install {NIGHTLY} --profile minimal -c rust-src -c rustc-dev -c llvm-tools"
+        );
+    }
+    Ok(String::from_utf8(output.stdout)?.trim().to_string())
+}
+
+/// Writes beside `path` and renames, so that no reader sees half a file.
+fn write_whole(path: &PathBuf, bytes: &[u8]) -> Result<()> {
+    let folder = path.parent().context("a file has a folder")?;
+    let mut file = tempfile::NamedTempFile::new_in(folder)?;
+    file.write_all(bytes)?;
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        file.as_file()
+            .set_permissions(std::fs::Permissions::from_mode(0o644))?;
+    }
+    file.persist(path)?;
+    Ok(())
+}

@@ -1,0 +1,124 @@
+//! The shader entry points: bind resources, call [`relievo_shared`], write
+//! outputs. No arithmetic of their own.
+//!
+//! Bindings of group 0, all read-only storage buffers of plain scalars:
+//! 0 [`Frame`], 1 [`Object`], 2 the object's [`Triangle`]s, 3 the words of its
+//! shape map. Draws are not indexed: six vertices a triangle, the bounding
+//! rectangle of its pixels; the fragment decides by an exact test.
+#![cfg_attr(target_arch = "spirv", no_std)]
+
+use relievo_shared::layout::{Frame, Object, Triangle};
+use relievo_shared::normals::CLASS_MISS;
+use relievo_shared::shape_map::Texels;
+use relievo_shared::{camera, fragment};
+use spirv_std::arch::{IndexUnchecked, kill};
+use spirv_std::glam::{UVec4, Vec3, Vec4, vec4};
+use spirv_std::spirv;
+
+/// Texels in a storage buffer.
+struct Buffer<'a>(&'a [u32]);
+
+impl Texels for Buffer<'_> {
+    #[inline]
+    fn word(&self, index: u32) -> u32 {
+        // SAFETY: `shared` keeps texel coordinates inside the map, and the host
+        // binds a buffer that holds the whole map. A checked index would turn
+        // into a branch that silently drops the pixel.
+        unsafe { *self.0.index_unchecked(index as usize) }
+    }
+}
+
+/// Places the corners of the rectangle around a triangle's pixels.
+#[spirv(vertex)]
+pub fn vertex(
+    #[spirv(vertex_index)] vertex_index: u32,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
+    #[spirv(position)] position: &mut Vec4,
+    #[spirv(flat)] triangle_index: &mut u32,
+) {
+    let index = vertex_index / 6;
+    // SAFETY: the host draws six vertices for each triangle of the buffer.
+    let triangle = unsafe { triangles.index_unchecked(index as usize) };
+    let rectangle = camera::bounding_rectangle(frame, triangle);
+    let corner = camera::rectangle_corner(&rectangle, vertex_index - 6 * index);
+    *position = vec4(corner.x, corner.y, 0.5, 1.0);
+    *triangle_index = index;
+}
+
+/// Finds the hit of this pixel's ray on this triangle, or discards the pixel.
+#[inline]
+fn find(
+    coordinate: Vec4,
+    frame: &Frame,
+    object: &Object,
+    triangles: &[Triangle],
+    texels: &Buffer,
+    triangle_index: u32,
+) -> (Vec3, fragment::Entry, fragment::Hit) {
+    let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
+    // SAFETY: the index comes from the vertex shader.
+    let triangle = unsafe { triangles.index_unchecked(triangle_index as usize) };
+    let entry = fragment::enter(frame, object, triangle, direction);
+    if !entry.hit {
+        kill();
+    }
+    let hit = fragment::trace(frame, object, texels, direction, &entry);
+    if hit.class == CLASS_MISS {
+        kill();
+    }
+    (direction, entry, hit)
+}
+
+/// Writes linear RGB as the bits of three f32, and the class in the fourth word.
+#[spirv(fragment(depth_replacing))]
+pub fn fragment_color(
+    #[spirv(frag_coord)] coordinate: Vec4,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+    #[spirv(flat)] triangle_index: u32,
+    #[spirv(frag_depth)] depth: &mut f32,
+    color: &mut UVec4,
+) {
+    let texels = Buffer(words);
+    let (direction, entry, hit) =
+        find(coordinate, frame, object, triangles, &texels, triangle_index);
+    let normal = fragment::normal(object, &texels, direction, &entry, &hit);
+    let rgb = fragment::color(frame, object, direction, &hit, normal);
+    *color = UVec4::new(rgb.x.to_bits(), rgb.y.to_bits(), rgb.z.to_bits(), hit.class);
+    *depth = hit.depth;
+}
+
+/// Writes what the hit is: (t, u, v, δ) and (class, N), as bits.
+#[spirv(fragment(depth_replacing))]
+pub fn fragment_geometry(
+    #[spirv(frag_coord)] coordinate: Vec4,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+    #[spirv(flat)] triangle_index: u32,
+    #[spirv(frag_depth)] depth: &mut f32,
+    place: &mut UVec4,
+    surface: &mut UVec4,
+) {
+    let texels = Buffer(words);
+    let (direction, entry, hit) =
+        find(coordinate, frame, object, triangles, &texels, triangle_index);
+    let normal = fragment::normal(object, &texels, direction, &entry, &hit);
+    *place = UVec4::new(
+        hit.t.to_bits(),
+        hit.uv.x.to_bits(),
+        hit.uv.y.to_bits(),
+        hit.depth_fraction.to_bits(),
+    );
+    *surface = UVec4::new(
+        hit.class,
+        normal.x.to_bits(),
+        normal.y.to_bits(),
+        normal.z.to_bits(),
+    );
+    *depth = hit.depth;
+}

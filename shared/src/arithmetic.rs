@@ -1,0 +1,137 @@
+//! The operations that devices may round differently, in one place, and small
+//! helpers made of them.
+//!
+//! Division and square root stand here and nowhere else in this crate, so that
+//! what a device does to them can be replaced in one place.
+
+use crate::{Real, Vec3};
+
+/// `a / b`. `b` must not be zero.
+#[inline]
+pub fn div(a: Real, b: Real) -> Real {
+    a / b
+}
+
+/// The square root of `x`, and 0 for a negative `x`.
+#[inline]
+pub fn sqrt(x: Real) -> Real {
+    let x = max(x, 0.0);
+    #[cfg(not(feature = "double"))]
+    let root = libm::sqrtf(x);
+    #[cfg(feature = "double")]
+    let root = libm::sqrt(x);
+    root
+}
+
+/// The smaller of two numbers that are not NaN.
+#[inline]
+pub fn min(a: Real, b: Real) -> Real {
+    if a < b { a } else { b }
+}
+
+/// The larger of two numbers that are not NaN.
+#[inline]
+pub fn max(a: Real, b: Real) -> Real {
+    if a > b { a } else { b }
+}
+
+/// `x` limited to `low..=high`; `low` for NaN.
+#[inline]
+pub fn clamp(x: Real, low: Real, high: Real) -> Real {
+    let x = if x > low { x } else { low };
+    min(x, high)
+}
+
+/// The absolute value of `x`.
+#[inline]
+pub fn abs(x: Real) -> Real {
+    if x < 0.0 { -x } else { x }
+}
+
+/// The largest integer not above `x`, for |x| < 2³⁰; larger magnitudes saturate near it.
+#[inline]
+pub fn floor_to_int(x: Real) -> i32 {
+    // Clamped, because a conversion out of range is undefined on GPUs. The
+    // bounds are powers of two, exact in f32.
+    let truncated = clamp(x, -1_073_741_824.0, 1_073_741_824.0) as i32;
+    if truncated as Real > x {
+        truncated - 1
+    } else {
+        truncated
+    }
+}
+
+/// The largest integer not above `x`, as a number, for |x| < 2³⁰.
+#[inline]
+pub fn floor(x: Real) -> Real {
+    floor_to_int(x) as Real
+}
+
+/// `v` scaled to length 1, or `fallback` where `v` is too short for that.
+#[inline]
+pub fn normalize_or(v: Vec3, fallback: Vec3) -> Vec3 {
+    let squared = v.dot(v);
+    // Below this the square loses digits to underflow.
+    if squared > 1e-30 {
+        v * div(1.0, sqrt(squared))
+    } else {
+        fallback
+    }
+}
+
+/// `x` to the power `exponent`, by repeated squaring: 7 bits of exponent, 0…127.
+#[inline]
+pub fn power(x: Real, exponent: u32) -> Real {
+    let mut result = 1.0;
+    let mut square = x;
+    let mut rest = exponent;
+    let mut bit = 0;
+    while bit < 7 {
+        if rest & 1 == 1 {
+            result *= square;
+        }
+        square *= square;
+        rest >>= 1;
+        bit += 1;
+    }
+    result
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn floor_agrees_with_std(x in -1e6f32..1e6) {
+            prop_assert_eq!(floor(x), x.floor());
+        }
+
+        #[test]
+        fn power_agrees_with_f64(x in 0.0f32..1.0, exponent in 0u32..128) {
+            let expected = f64::from(x).powi(exponent as i32);
+            prop_assert!((f64::from(power(x, exponent)) - expected).abs() <= 1e-5 * expected + 1e-30);
+        }
+
+        #[test]
+        fn normalized_vectors_have_length_one(x in -1e6f32..1e6, y in -1e6f32..1e6, z in -1e6f32..1e6) {
+            prop_assume!(x * x + y * y + z * z > 1e-12);
+            let n = normalize_or(Vec3::new(x, y, z), Vec3::X);
+            prop_assert!((n.dot(n) - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn edges_of_the_domain() {
+        assert_eq!(floor_to_int(-0.5), -1);
+        assert_eq!(floor_to_int(-1.0), -1);
+        assert_eq!(floor_to_int(1e30), 1_073_741_824);
+        assert_eq!(floor_to_int(-1e30), -1_073_741_825);
+        assert_eq!(sqrt(-1.0), 0.0);
+        assert_eq!(clamp(Real::NAN, 0.0, 1.0), 0.0);
+        assert_eq!(normalize_or(Vec3::ZERO, Vec3::Z), Vec3::Z);
+        assert_eq!(normalize_or(Vec3::splat(1e-20), Vec3::Z), Vec3::Z);
+        assert_eq!(power(0.0, 0), 1.0);
+    }
+}

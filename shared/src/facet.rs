@@ -1,0 +1,137 @@
+//! The eye's ray against a flat triangle.
+
+use crate::arithmetic::div;
+use crate::layout::{Triangle, vec3};
+use crate::{Real, Vec3};
+
+/// Where a ray meets a triangle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FacetHit {
+    /// Whether the ray meets the triangle's front side.
+    pub hit: bool,
+    /// Distance from the eye, object units.
+    pub t: Real,
+    /// Barycentric weights of the corners; they sum to 1.
+    pub weights: Vec3,
+    /// The facet's normal, pointing out, of any length.
+    pub normal: Vec3,
+}
+
+/// Meets the ray from `eye` along the unit vector `direction` with the front
+/// side of `triangle`.
+///
+/// The test is watertight: the sign for an edge is computed from the edge's
+/// midpoint and difference (Plücker coordinates), which two triangles that
+/// share the edge compute from the same numbers, one the exact negative of the
+/// other. A ray through a closed mesh never slips between two triangles, on
+/// any device that rounds sums and products alike.
+#[inline]
+pub fn intersect(eye: Vec3, direction: Vec3, triangle: &Triangle) -> FacetHit {
+    let a = vec3(triangle.corners[0].position) - eye;
+    let b = vec3(triangle.corners[1].position) - eye;
+    let c = vec3(triangle.corners[2].position) - eye;
+    let wa = direction.dot((c - b).cross(c + b));
+    let wb = direction.dot((a - c).cross(a + c));
+    let wc = direction.dot((b - a).cross(b + a));
+    let sum = wa + wb + wc;
+    let normal = (b - a).cross(c - a);
+    let facing = direction.dot(normal);
+    // Seen from the front, every edge has the ray on its left.
+    let hit = wa >= 0.0 && wb >= 0.0 && wc >= 0.0 && sum > 0.0 && facing < 0.0;
+    if hit {
+        let scale = div(1.0, sum);
+        FacetHit {
+            hit,
+            t: div(a.dot(normal), facing),
+            weights: Vec3::new(wa * scale, wb * scale, wc * scale),
+            normal,
+        }
+    } else {
+        FacetHit {
+            hit: false,
+            t: 0.0,
+            weights: Vec3::ZERO,
+            normal,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::Corner;
+    use proptest::prelude::*;
+
+    fn triangle(corners: [[Real; 3]; 3]) -> Triangle {
+        Triangle {
+            corners: corners.map(|position| Corner {
+                position,
+                ..Corner::default()
+            }),
+            ..Triangle::default()
+        }
+    }
+
+    fn unit(v: Vec3) -> Vec3 {
+        crate::arithmetic::normalize_or(v, Vec3::Z)
+    }
+
+    #[test]
+    fn the_front_is_hit_and_the_back_is_not() {
+        let front = triangle([[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 1.0, -1.0]]);
+        let back = triangle([[0.0, 0.0, -1.0], [0.0, 1.0, -1.0], [1.0, 0.0, -1.0]]);
+        let direction = unit(Vec3::new(0.2, 0.3, -1.0));
+        let hit = intersect(Vec3::ZERO, direction, &front);
+        assert!(hit.hit);
+        assert!(
+            (direction * hit.t - Vec3::new(0.2, 0.3, -1.0))
+                .dot(Vec3::ONE)
+                .abs()
+                < 1e-6
+        );
+        assert!((hit.weights - Vec3::new(0.5, 0.2, 0.3)).abs().max_element() < 1e-6);
+        assert!(!intersect(Vec3::ZERO, direction, &back).hit);
+    }
+
+    #[test]
+    fn a_triangle_without_area_is_never_hit() {
+        let point = triangle([[0.0, 0.0, -1.0]; 3]);
+        let line = triangle([[0.0, 0.0, -1.0], [1.0, 0.0, -1.0], [2.0, 0.0, -1.0]]);
+        for direction in [Vec3::NEG_Z, unit(Vec3::new(1.0, 0.0, -1.0))] {
+            assert!(!intersect(Vec3::ZERO, direction, &point).hit);
+            assert!(!intersect(Vec3::ZERO, direction, &line).hit);
+        }
+    }
+
+    proptest! {
+        /// A fan of triangles around a point covers every ray near the point.
+        #[test]
+        fn shared_edges_do_not_leak(
+            height in 0.1f32..50.0,
+            aim in 0.0f32..1.0,
+            corner in 0usize..6,
+            offset in -1e-6f32..1e-6,
+            eye in (-0.3f32..0.3, -0.3f32..0.3, 0.0f32..0.3),
+        ) {
+            let rim: Vec<[f32; 3]> = (0..6)
+                .map(|i| {
+                    let angle = core::f32::consts::TAU * i as f32 / 6.0;
+                    [angle.cos(), angle.sin(), -height]
+                })
+                .collect();
+            let centre = [0.0, 0.0, -height];
+            let eye = Vec3::new(eye.0, eye.1, eye.2);
+            // Aim along an edge of the fan, a rounding error aside.
+            let target = Vec3::from(centre).lerp(Vec3::from(rim[corner]), aim * 0.9)
+                + Vec3::new(offset, -offset, 0.0);
+            let direction = unit(target - eye);
+            let hits = (0..6)
+                .filter(|&i| {
+                    let t = triangle([centre, rim[i], rim[(i + 1) % 6]]);
+                    intersect(eye, direction, &t).hit
+                })
+                .count();
+            prop_assert!(hits >= 1);
+        }
+    }
+}

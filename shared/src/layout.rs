@@ -1,0 +1,143 @@
+//! What the host writes and both renderers read: plain structs of scalars,
+//! laid out alike in memory, in a storage buffer and in a slice.
+
+use crate::{Real, Vec2, Vec3};
+
+/// One corner of a [`Triangle`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct Corner {
+    /// Position, object units, relative to the scene's origin.
+    pub position: [Real; 3],
+    /// Unit normal of the smooth surface, pointing out.
+    pub normal: [Real; 3],
+    /// Unit tangent, along growing u, orthogonal to the normal.
+    pub tangent: [Real; 3],
+    /// Texture coordinates in repeats, less a whole number per triangle.
+    pub uv: [Real; 2],
+    /// The quadric's coefficients xx, xy, yy in the corner's frame (section
+    /// 4): z = xx x² + xy xy + yy y², 1 / object units, positive where convex.
+    pub quadric: [Real; 3],
+}
+
+/// One triangle, ready to be traced.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct Triangle {
+    /// The corners, counter-clockwise when seen from outside.
+    pub corners: [Corner; 3],
+    /// ∇u in the triangle's plane, repeats per object unit.
+    pub gradient_u: [Real; 3],
+    /// ∇v in the triangle's plane, repeats per object unit.
+    pub gradient_v: [Real; 3],
+    /// +1 or −1: the bitangent is handedness · (normal × tangent).
+    pub handedness: Real,
+}
+
+/// The camera, the picture and the light of one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct Frame {
+    /// The eye, object units, relative to the scene's origin.
+    pub eye: [Real; 3],
+    /// Distance of the near plane along `forward`, object units, > 0.
+    pub near: Real,
+    /// Unit vector to the right of the picture, divided by tan(half the horizontal field of view).
+    pub right: [Real; 3],
+    /// Unit vector to the top of the picture, divided by tan(half the vertical field of view).
+    pub up: [Real; 3],
+    /// Unit vector from the eye into the picture's centre.
+    pub forward: [Real; 3],
+    /// Direction (not normalised) through the centre of pixel (0, 0), the top left one.
+    pub ray_first: [Real; 3],
+    /// Change of that direction from one pixel to the next on its right.
+    pub ray_right: [Real; 3],
+    /// Change of that direction from one pixel to the next below.
+    pub ray_down: [Real; 3],
+    /// Unit vector towards the light.
+    pub light_direction: [Real; 3],
+    /// Linear RGB of the light.
+    pub light_color: [Real; 3],
+    /// Linear RGB of the ambient light.
+    pub ambient: [Real; 3],
+    /// Width and height of the picture, pixels (whole numbers).
+    pub size: [Real; 2],
+}
+
+/// Everything about one object that is not its triangles or its texels.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct Object {
+    /// Width and height of the shape map, texels (whole numbers).
+    pub map_size: [Real; 2],
+    /// Texels per step of a stored code; a power of two in accurate maps.
+    pub map_step: Real,
+    /// S_z: distance from the cap to the floor, object units, > 0.
+    pub depth: Real,
+    /// e: outward extension of the pattern, width units (section 2).
+    pub extension: Real,
+    /// b: growth of the pattern's radius, width units per unit of δ.
+    pub bevel: Real,
+    /// c: depth fraction at which the growth stops, 0…1.
+    pub chamfer: Real,
+    /// Strength of the specular reflection, 0…1.
+    pub specular: Real,
+    /// Linear RGB of the cap (the mesh surface).
+    pub cap_color: [Real; 3],
+    /// Linear RGB of the walls.
+    pub wall_color: [Real; 3],
+    /// Linear RGB of bevels and chamfers.
+    pub bevel_color: [Real; 3],
+    /// Linear RGB of the floor.
+    pub floor_color: [Real; 3],
+    /// Exponent of the specular reflection, 1…127.
+    pub shininess: u32,
+    /// One of the `TIER_` constants.
+    pub tier: u32,
+    /// Not 0: there is no floor, and rays that reach δ = 1 are discarded.
+    pub cut_out: u32,
+    /// Largest number of steps of the linear search.
+    pub linear_steps: u32,
+    /// Number of bisections after it.
+    pub binary_steps: u32,
+    /// The stored code of distance 0.
+    pub map_bias: u32,
+    /// log₂ of the texels in one 32-bit word: 0, 1 or 2 (for 32, 16 and 8 bits).
+    pub map_packing: u32,
+    /// Keeps the size even.
+    pub reserved: u32,
+}
+
+/// The curvature of the surface is ignored: extrusion mapping without silhouette.
+pub const TIER_PLANAR: u32 = 0;
+/// The ray bends along the local quadric, with facet depth (section 4).
+pub const TIER_FAST: u32 = 1;
+
+#[cfg(not(feature = "double"))]
+const _: () = {
+    use core::mem::{align_of, offset_of, size_of};
+    assert!(size_of::<Corner>() == 56 && align_of::<Corner>() == 4);
+    assert!(offset_of!(Corner, uv) == 36 && offset_of!(Corner, quadric) == 44);
+    assert!(size_of::<Triangle>() == 196 && align_of::<Triangle>() == 4);
+    assert!(offset_of!(Triangle, gradient_u) == 168 && offset_of!(Triangle, handedness) == 192);
+    assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
+    assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
+    assert!(size_of::<Object>() == 112 && align_of::<Object>() == 4);
+    assert!(offset_of!(Object, cap_color) == 32 && offset_of!(Object, shininess) == 80);
+};
+
+/// A vector from three scalars of a layout.
+#[inline]
+pub fn vec3(a: [Real; 3]) -> Vec3 {
+    Vec3::new(a[0], a[1], a[2])
+}
+
+/// A vector from two scalars of a layout.
+#[inline]
+pub fn vec2(a: [Real; 2]) -> Vec2 {
+    Vec2::new(a[0], a[1])
+}

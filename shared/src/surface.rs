@@ -1,0 +1,144 @@
+//! The smooth surface at a point of a facet: what the corners say, interpolated.
+
+use crate::arithmetic::{div, normalize_or};
+use crate::facet::FacetHit;
+use crate::layout::{Triangle, vec2, vec3};
+use crate::{Real, Vec2, Vec3};
+
+/// The surface above a point of a facet.
+#[derive(Clone, Copy, Debug)]
+pub struct Surface {
+    /// Unit normal N, pointing out.
+    pub normal: Vec3,
+    /// Unit tangent T, orthogonal to N.
+    pub tangent: Vec3,
+    /// Unit bitangent B, orthogonal to both.
+    pub bitangent: Vec3,
+    /// Quadric coefficients (xx, xy, yy) in (T, B), 1 / object units.
+    pub quadric: Vec3,
+    /// Texture coordinates, repeats.
+    pub uv: Vec2,
+    /// ∇u in the plane orthogonal to N, repeats per object unit.
+    pub gradient_u: Vec3,
+    /// ∇v in the plane orthogonal to N, repeats per object unit.
+    pub gradient_v: Vec3,
+    /// δ0: how far the facet lies below the smooth surface here, object units.
+    pub facet_depth: Real,
+}
+
+/// The surface of `triangle` where `hit` lies.
+#[inline]
+pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
+    let [a, b, c] = &triangle.corners;
+    let (wa, wb, wc) = (hit.weights.x, hit.weights.y, hit.weights.z);
+    let (na, nb, nc) = (vec3(a.normal), vec3(b.normal), vec3(c.normal));
+    let sum_of_normals = na * wa + nb * wb + nc * wc;
+    let normal = normalize_or(sum_of_normals, normalize_or(hit.normal, Vec3::Z));
+
+    let raw_tangent = vec3(a.tangent) * wa + vec3(b.tangent) * wb + vec3(c.tangent) * wc;
+    let tangent = normalize_or(
+        raw_tangent - normal * normal.dot(raw_tangent),
+        any_perpendicular(normal),
+    );
+    let bitangent = normal.cross(tangent) * triangle.handedness;
+
+    // ½ [interp(p·n) − p·interp(n)] with p relative to corner a (section 4).
+    let pb = vec3(b.position) - vec3(a.position);
+    let pc = vec3(c.position) - vec3(a.position);
+    let p = pb * wb + pc * wc;
+    let facet_depth = 0.5 * (wb * pb.dot(nb) + wc * pc.dot(nc) - p.dot(sum_of_normals));
+
+    let (gradient_u, gradient_v) = tilt_gradients(
+        vec3(triangle.gradient_u),
+        vec3(triangle.gradient_v),
+        normal,
+        hit.normal,
+    );
+    Surface {
+        normal,
+        tangent,
+        bitangent,
+        quadric: vec3(a.quadric) * wa + vec3(b.quadric) * wb + vec3(c.quadric) * wc,
+        uv: vec2(a.uv) * wa + vec2(b.uv) * wb + vec2(c.uv) * wc,
+        gradient_u,
+        gradient_v,
+        facet_depth,
+    }
+}
+
+/// Carries gradients from the facet's plane into the plane orthogonal to
+/// `normal`, along `normal`: points of the shell on one normal have one uv.
+#[inline]
+fn tilt_gradients(
+    gradient_u: Vec3,
+    gradient_v: Vec3,
+    normal: Vec3,
+    facet_normal: Vec3,
+) -> (Vec3, Vec3) {
+    let cosine = normal.dot(facet_normal);
+    // Beyond about 84° between them the projection says nothing any more.
+    if cosine > 0.0 && cosine * cosine > 0.01 * facet_normal.dot(facet_normal) {
+        let along = facet_normal * div(1.0, cosine);
+        (
+            gradient_u - along * gradient_u.dot(normal),
+            gradient_v - along * gradient_v.dot(normal),
+        )
+    } else {
+        (
+            gradient_u - normal * gradient_u.dot(normal),
+            gradient_v - normal * gradient_v.dot(normal),
+        )
+    }
+}
+
+/// A unit vector orthogonal to the unit vector `n`.
+#[inline]
+fn any_perpendicular(n: Vec3) -> Vec3 {
+    let axis = if n.x * n.x < 0.5 { Vec3::X } else { Vec3::Y };
+    normalize_or(axis - n * n.dot(axis), Vec3::Z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layout::Corner;
+    use proptest::prelude::*;
+
+    fn sphere_triangle(directions: [Vec3; 3], radius: Real) -> Triangle {
+        Triangle {
+            corners: directions.map(|n| Corner {
+                position: (n * radius).to_array(),
+                normal: n.to_array(),
+                tangent: any_perpendicular(n).to_array(),
+                quadric: [0.5 / radius, 0.0, 0.5 / radius],
+                ..Corner::default()
+            }),
+            gradient_u: [1.0, 0.0, 0.0],
+            gradient_v: [0.0, 1.0, 0.0],
+            handedness: 1.0,
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn facet_depth_of_a_sphere(
+            radius in 0.01f32..100.0,
+            weights in (0.05f32..1.0, 0.05f32..1.0, 0.05f32..1.0),
+        ) {
+            let unit = |x: Real, y: Real| normalize_or(Vec3::new(x, y, 1.0), Vec3::Z);
+            let triangle = sphere_triangle([unit(0.0, 0.0), unit(0.2, 0.0), unit(0.0, 0.2)], radius);
+            let weights = Vec3::new(weights.0, weights.1, weights.2);
+            let weights = weights / (weights.x + weights.y + weights.z);
+            let p: Vec3 = (0..3)
+                .map(|i| vec3(triangle.corners[i].position) * weights[i])
+                .fold(Vec3::ZERO, |sum, p| sum + p);
+            let hit = FacetHit { hit: true, t: 1.0, weights, normal: Vec3::Z };
+            let surface = interpolate(&triangle, &hit);
+            let exact = radius - p.length();
+            prop_assert!((surface.facet_depth - exact).abs() < 0.03 * exact + 1e-5 * radius);
+            prop_assert!(surface.tangent.dot(surface.normal).abs() < 1e-6);
+            prop_assert!((surface.bitangent.length() - 1.0).abs() < 1e-5);
+            prop_assert!(surface.gradient_u.dot(surface.normal).abs() < 1e-5);
+        }
+    }
+}
