@@ -6,7 +6,9 @@ use crate::prepare::PreparedScene;
 use crate::render::GeometryWords;
 use crate::scene::Scene;
 use exr::meta::attribute::{AttributeValue, Text};
-use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
+};
 use std::path::Path;
 
 /// Writes the channels `t` (distance along the ray, world units), `u`, `v`
@@ -24,14 +26,21 @@ pub fn save_exr(
     prepared: &PreparedScene,
 ) -> Result<(), Error> {
     let float = |f: &dyn Fn(usize) -> u32| {
-        FlatSamples::F32((0..words.place.len()).map(|i| f32::from_bits(f(i))).collect())
+        FlatSamples::F32(
+            (0..words.place.len())
+                .map(|i| f32::from_bits(f(i)))
+                .collect(),
+        )
     };
     let channels = [
         ("t", float(&|i| words.place[i][0])),
         ("u", float(&|i| words.place[i][1])),
         ("v", float(&|i| words.place[i][2])),
         ("delta", float(&|i| words.place[i][3])),
-        ("class", FlatSamples::U32(words.surface.iter().map(|word| word[0]).collect())),
+        (
+            "class",
+            FlatSamples::U32(words.surface.iter().map(|word| word[0]).collect()),
+        ),
         ("N.x", float(&|i| words.surface[i][1])),
         ("N.y", float(&|i| words.surface[i][2])),
         ("N.z", float(&|i| words.surface[i][3])),

@@ -18,7 +18,9 @@ pub fn write_whole(
         source,
     };
     if path.is_dir() {
-        return Err(failed(std::io::Error::other("it is a folder; name a file in it")));
+        return Err(failed(std::io::Error::other(
+            "it is a folder; name a file in it",
+        )));
     }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -54,7 +56,10 @@ mod tests {
             write_whole(&path, |file| {
                 file.write_all(bytes).unwrap();
                 if fail {
-                    return Err(Error::Encode { path: path.clone(), message: "no".into() });
+                    return Err(Error::Encode {
+                        path: path.clone(),
+                        message: "no".into(),
+                    });
                 }
                 Ok(())
             })
@@ -62,13 +67,18 @@ mod tests {
         put(b"first", false).unwrap();
         assert!(put(b"second", true).is_err());
         assert_eq!(std::fs::read(&path).unwrap(), b"first");
-        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+        assert_eq!(
+            std::fs::read_dir(path.parent().unwrap()).unwrap().count(),
+            1
+        );
     }
 
     #[test]
     fn a_folder_is_no_file() {
         let folder = tempfile::tempdir().unwrap();
-        let message = write_whole(folder.path(), |_| Ok(())).unwrap_err().to_string();
+        let message = write_whole(folder.path(), |_| Ok(()))
+            .unwrap_err()
+            .to_string();
         assert!(message.contains("folder"), "{message}");
     }
 }

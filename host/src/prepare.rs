@@ -123,7 +123,10 @@ impl PreparedScene {
 
     /// Number of triangles of all objects.
     pub fn triangle_count(&self) -> usize {
-        self.objects.iter().map(|object| object.triangles.len()).sum()
+        self.objects
+            .iter()
+            .map(|object| object.triangles.len())
+            .sum()
     }
 }
 
@@ -166,10 +169,7 @@ fn load_shape(object: &SceneObject, progress: &(dyn Fn(Step) + Sync)) -> Result<
 }
 
 /// The mesh of each object, loaded once for objects that share it.
-fn load_meshes(
-    scene: &Scene,
-    progress: &(dyn Fn(Step) + Sync),
-) -> Result<Vec<Arc<Mesh>>, Error> {
+fn load_meshes(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Vec<Arc<Mesh>>, Error> {
     let mut loaded: Vec<(PathBuf, MeshOptions, Arc<Mesh>)> = Vec::new();
     let mut meshes = Vec::with_capacity(scene.objects.len());
     for object in &scene.objects {
@@ -207,7 +207,8 @@ fn prepare_object(
 ) -> Result<PreparedObject, Error> {
     let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
     let extrusion = object.extrusion;
-    let radius = (extrusion.extension + extrusion.bevel * extrusion.chamfer) * f64::from(map.width());
+    let radius =
+        (extrusion.extension + extrusion.bevel * extrusion.chamfer) * f64::from(map.width());
     if map.saturated() && radius >= f64::from(map.max_distance()) {
         return Err(Error::Object {
             scene: scene.path.clone(),
@@ -283,12 +284,12 @@ fn narrow_triangle(triangle: &MeshTriangle, origin: DVec3, repeat: [f64; 2]) -> 
             tangent: narrow(corner.tangent),
             uv: [0, 1].map(|axis| (uv[i][axis] - whole[axis]) as f32),
             quadric: [corner.quadric.xx, corner.quadric.xy, corner.quadric.yy].map(|q| q as f32),
+            gradient_u: narrow(corner.gradient_u * repeat[0]),
+            gradient_v: narrow(corner.gradient_v * -repeat[1]),
         };
     }
     Triangle {
         corners,
-        gradient_u: narrow(triangle.gradient_u * repeat[0]),
-        gradient_v: narrow(triangle.gradient_v * -repeat[1]),
         handedness: triangle.corners[0].handedness as f32,
     }
 }

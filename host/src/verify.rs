@@ -36,10 +36,7 @@ impl Agreement {
 ///
 /// # Panics
 /// If their sizes differ.
-pub fn compare(
-    color: [&ColorWords; 2],
-    geometry: [&GeometryWords; 2],
-) -> Agreement {
+pub fn compare(color: [&ColorWords; 2], geometry: [&GeometryWords; 2]) -> Agreement {
     let [a, b] = color;
     assert_eq!((a.width, a.height), (b.width, b.height));
     let mut agreement = Agreement {
@@ -55,19 +52,26 @@ pub fn compare(
         agreement.class_pixels += usize::from(a[3] != b[3]);
         for channel in 0..3 {
             let difference = (f32::from_bits(a[channel]) - f32::from_bits(b[channel])).abs();
-            agreement.largest_color_difference = larger(agreement.largest_color_difference, difference);
+            agreement.largest_color_difference =
+                larger(agreement.largest_color_difference, difference);
         }
     }
     let [a, b] = geometry;
     assert_eq!((a.width, a.height), (b.width, b.height));
-    let pixels = a.place.iter().zip(&b.place).zip(a.surface.iter().zip(&b.surface));
+    let pixels = a
+        .place
+        .iter()
+        .zip(&b.place)
+        .zip(a.surface.iter().zip(&b.surface));
     for ((place_a, place_b), (surface_a, surface_b)) in pixels {
         agreement.different_geometry_words +=
             count_different(place_a, place_b) + count_different(surface_a, surface_b);
         if surface_a[0] != 0 && surface_b[0] != 0 {
             let (ta, tb) = (f32::from_bits(place_a[0]), f32::from_bits(place_b[0]));
-            agreement.largest_distance_difference =
-                larger(agreement.largest_distance_difference, (ta - tb).abs() / ta.abs());
+            agreement.largest_distance_difference = larger(
+                agreement.largest_distance_difference,
+                (ta - tb).abs() / ta.abs(),
+            );
         }
     }
     agreement
@@ -87,11 +91,20 @@ mod tests {
     use super::*;
 
     fn color(words: Vec<[u32; 4]>) -> ColorWords {
-        ColorWords { width: words.len() as u32, height: 1, words }
+        ColorWords {
+            width: words.len() as u32,
+            height: 1,
+            words,
+        }
     }
 
     fn geometry(place: Vec<[u32; 4]>, surface: Vec<[u32; 4]>) -> GeometryWords {
-        GeometryWords { width: place.len() as u32, height: 1, place, surface }
+        GeometryWords {
+            width: place.len() as u32,
+            height: 1,
+            place,
+            surface,
+        }
     }
 
     #[test]
@@ -106,7 +119,13 @@ mod tests {
         assert!(compare([&a, &a], [&g, &g]).is_exact());
         let color_differs = compare([&a, &b], [&g, &g]);
         assert!(!color_differs.is_exact());
-        assert_eq!((color_differs.color_pixels, color_differs.different_color_words), (1, 1));
+        assert_eq!(
+            (
+                color_differs.color_pixels,
+                color_differs.different_color_words
+            ),
+            (1, 1)
+        );
         assert!(color_differs.largest_color_difference > 0.0);
         let geometry_differs = compare([&a, &a], [&g, &h]);
         assert!(!geometry_differs.is_exact());
@@ -118,6 +137,9 @@ mod tests {
         let a = color(vec![[f32::NAN.to_bits(), 0, 0, 1]]);
         let b = color(vec![[0, 0, 0, 1]]);
         let g = geometry(vec![[0; 4]], vec![[0; 4]]);
-        assert_eq!(compare([&a, &b], [&g, &g]).largest_color_difference, f32::INFINITY);
+        assert_eq!(
+            compare([&a, &b], [&g, &g]).largest_color_difference,
+            f32::INFINITY
+        );
     }
 }

@@ -59,8 +59,12 @@ fn find(
     let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
     // SAFETY: the index comes from the vertex shader.
     let triangle = unsafe { triangles.index_unchecked(triangle_index as usize) };
-    let entry = fragment::enter(frame, object, triangle, direction);
-    if !entry.hit {
+    let facet = fragment::meet(frame, triangle, direction);
+    if !facet.hit {
+        kill();
+    }
+    let entry = fragment::enter(object, triangle, direction, &facet);
+    if !entry.path.enters {
         kill();
     }
     let hit = fragment::trace(frame, object, texels, direction, &entry);
@@ -83,8 +87,14 @@ pub fn fragment_color(
     color: &mut UVec4,
 ) {
     let texels = Buffer(words);
-    let (direction, entry, hit) =
-        find(coordinate, frame, object, triangles, &texels, triangle_index);
+    let (direction, entry, hit) = find(
+        coordinate,
+        frame,
+        object,
+        triangles,
+        &texels,
+        triangle_index,
+    );
     let normal = fragment::normal(object, &texels, direction, &entry, &hit);
     let rgb = fragment::color(frame, object, direction, &hit, normal);
     *color = UVec4::new(rgb.x.to_bits(), rgb.y.to_bits(), rgb.z.to_bits(), hit.class);
@@ -105,8 +115,14 @@ pub fn fragment_geometry(
     surface: &mut UVec4,
 ) {
     let texels = Buffer(words);
-    let (direction, entry, hit) =
-        find(coordinate, frame, object, triangles, &texels, triangle_index);
+    let (direction, entry, hit) = find(
+        coordinate,
+        frame,
+        object,
+        triangles,
+        &texels,
+        triangle_index,
+    );
     let normal = fragment::normal(object, &texels, direction, &entry, &hit);
     *place = UVec4::new(
         hit.t.to_bits(),

@@ -97,7 +97,15 @@ pub fn rectangle_corner(rectangle: &Rectangle, index: u32) -> Vec2 {
     let right = index == 1 || index == 2 || index == 4;
     let top = index == 2 || index == 4 || index == 5;
     Vec2::new(
-        if right { rectangle.high.x } else { rectangle.low.x },
-        if top { rectangle.high.y } else { rectangle.low.y },
+        if right {
+            rectangle.high.x
+        } else {
+            rectangle.low.x
+        },
+        if top {
+            rectangle.high.y
+        } else {
+            rectangle.low.y
+        },
     )
 }

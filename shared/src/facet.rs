@@ -30,29 +30,35 @@ pub fn intersect(eye: Vec3, direction: Vec3, triangle: &Triangle) -> FacetHit {
     let a = vec3(triangle.corners[0].position) - eye;
     let b = vec3(triangle.corners[1].position) - eye;
     let c = vec3(triangle.corners[2].position) - eye;
+    let normal = (b - a).cross(c - a);
+    let miss = FacetHit {
+        hit: false,
+        t: 0.0,
+        weights: Vec3::ZERO,
+        normal,
+    };
+    let facing = direction.dot(normal);
+    if facing >= 0.0 {
+        return miss;
+    }
+    // Seen from the front, every edge has the ray on its left.
     let wa = direction.dot((c - b).cross(c + b));
+    if wa < 0.0 {
+        return miss;
+    }
     let wb = direction.dot((a - c).cross(a + c));
     let wc = direction.dot((b - a).cross(b + a));
     let sum = wa + wb + wc;
-    let normal = (b - a).cross(c - a);
-    let facing = direction.dot(normal);
-    // Seen from the front, every edge has the ray on its left.
-    let hit = wa >= 0.0 && wb >= 0.0 && wc >= 0.0 && sum > 0.0 && facing < 0.0;
-    if hit {
+    if wb >= 0.0 && wc >= 0.0 && sum > 0.0 {
         let scale = div(1.0, sum);
         FacetHit {
-            hit,
+            hit: true,
             t: div(a.dot(normal), facing),
             weights: Vec3::new(wa * scale, wb * scale, wc * scale),
             normal,
         }
     } else {
-        FacetHit {
-            hit: false,
-            t: 0.0,
-            weights: Vec3::ZERO,
-            normal,
-        }
+        miss
     }
 }
 

@@ -2,7 +2,7 @@
 
 use crate::arithmetic::floor;
 use crate::camera::reversed_depth;
-use crate::facet;
+use crate::facet::{self, FacetHit};
 use crate::layout::{Frame, Object, Triangle, vec3};
 use crate::light;
 use crate::march::march;
@@ -13,14 +13,12 @@ use crate::shape_map::{ShapeMap, Texels};
 use crate::surface::{Surface, interpolate};
 use crate::{Real, Vec2, Vec3};
 
-/// A triangle's answer to a ray, before any search.
+/// A ray's way into the shell over a triangle, before any search.
 #[derive(Clone, Copy, Debug)]
 pub struct Entry {
-    /// Whether the ray enters the shell over this triangle.
-    pub hit: bool,
     /// The smooth surface there.
     pub surface: Surface,
-    /// The ray inside the shell.
+    /// The ray inside the shell; look at its `enters` first.
     pub path: QuadraticPath,
 }
 
@@ -43,17 +41,18 @@ pub struct Hit {
     pub steps: u32,
 }
 
-/// Meets `triangle` with the ray along the unit vector `direction`.
+/// Meets the flat `triangle` with the ray along the unit vector `direction`.
 #[inline]
-pub fn enter(frame: &Frame, object: &Object, triangle: &Triangle, direction: Vec3) -> Entry {
-    let facet = facet::intersect(vec3(frame.eye), direction, triangle);
-    let surface = interpolate(triangle, &facet);
+pub fn meet(frame: &Frame, triangle: &Triangle, direction: Vec3) -> FacetHit {
+    facet::intersect(vec3(frame.eye), direction, triangle)
+}
+
+/// Enters the shell over `triangle` where the ray has met it.
+#[inline]
+pub fn enter(object: &Object, triangle: &Triangle, direction: Vec3, facet: &FacetHit) -> Entry {
+    let surface = interpolate(triangle, facet);
     let path = QuadraticPath::new(&surface, direction, facet.t, object.depth, object.tier);
-    Entry {
-        hit: facet.hit && path.enters,
-        surface,
-        path,
-    }
+    Entry { surface, path }
 }
 
 /// Searches the shell behind `entry` for the first hit. A hit in front of the

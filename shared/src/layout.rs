@@ -19,6 +19,10 @@ pub struct Corner {
     /// The quadric's coefficients xx, xy, yy in the corner's frame (section
     /// 4): z = xx x² + xy xy + yy y², 1 / object units, positive where convex.
     pub quadric: [Real; 3],
+    /// ∇u, orthogonal to the normal, repeats per object unit.
+    pub gradient_u: [Real; 3],
+    /// ∇v, orthogonal to the normal, repeats per object unit.
+    pub gradient_v: [Real; 3],
 }
 
 /// One triangle, ready to be traced.
@@ -28,10 +32,6 @@ pub struct Corner {
 pub struct Triangle {
     /// The corners, counter-clockwise when seen from outside.
     pub corners: [Corner; 3],
-    /// ∇u in the triangle's plane, repeats per object unit.
-    pub gradient_u: [Real; 3],
-    /// ∇v in the triangle's plane, repeats per object unit.
-    pub gradient_v: [Real; 3],
     /// +1 or −1: the bitangent is handedness · (normal × tangent).
     pub handedness: Real,
 }
@@ -120,10 +120,10 @@ pub const TIER_FAST: u32 = 1;
 #[cfg(not(feature = "double"))]
 const _: () = {
     use core::mem::{align_of, offset_of, size_of};
-    assert!(size_of::<Corner>() == 56 && align_of::<Corner>() == 4);
+    assert!(size_of::<Corner>() == 80 && align_of::<Corner>() == 4);
     assert!(offset_of!(Corner, uv) == 36 && offset_of!(Corner, quadric) == 44);
-    assert!(size_of::<Triangle>() == 196 && align_of::<Triangle>() == 4);
-    assert!(offset_of!(Triangle, gradient_u) == 168 && offset_of!(Triangle, handedness) == 192);
+    assert!(size_of::<Triangle>() == 244 && align_of::<Triangle>() == 4);
+    assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 240);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
     assert!(size_of::<Object>() == 112 && align_of::<Object>() == 4);

@@ -1,6 +1,6 @@
 //! The shape map: signed distance to the pattern, from stored codes.
 
-use crate::arithmetic::{floor, floor_to_int, max};
+use crate::arithmetic::{div, floor, floor_to_int, max};
 use crate::layout::Object;
 use crate::{Real, Vec2};
 
@@ -31,13 +31,6 @@ pub struct ShapeMap {
     lane_mask: u32,
     lane_shift: u32,
     code_mask: u32,
-}
-
-/// The signed distance and its slope.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slope {
-    /// Change of the distance per texel along u and along v (texels per texel).
-    pub gradient: Vec2,
 }
 
 impl ShapeMap {
@@ -93,18 +86,22 @@ impl ShapeMap {
     }
 
     /// The gradient of the distance at `uv`, texels per texel, by central
-    /// differences over a texel on each side: the bilinear surface itself has a
-    /// crease at every texel.
+    /// differences over [`GRADIENT_REACH`] texels on each side: the bilinear
+    /// surface itself has a crease at every texel, and the outline of a binary
+    /// pattern is a staircase.
     #[inline]
     pub fn gradient<T: Texels + ?Sized>(&self, texels: &T, uv: Vec2) -> Vec2 {
-        let dx = Vec2::new(crate::arithmetic::div(1.0, self.size.x), 0.0);
-        let dy = Vec2::new(0.0, crate::arithmetic::div(1.0, self.size.y));
+        let dx = Vec2::new(div(GRADIENT_REACH, self.size.x), 0.0);
+        let dy = Vec2::new(0.0, div(GRADIENT_REACH, self.size.y));
         Vec2::new(
-            0.5 * (self.distance(texels, uv + dx) - self.distance(texels, uv - dx)),
-            0.5 * (self.distance(texels, uv + dy) - self.distance(texels, uv - dy)),
-        )
+            self.distance(texels, uv + dx) - self.distance(texels, uv - dx),
+            self.distance(texels, uv + dy) - self.distance(texels, uv - dy),
+        ) * (0.5 / GRADIENT_REACH)
     }
 }
+
+/// Half the span of the differences that make a gradient, texels: a power of two.
+pub const GRADIENT_REACH: Real = 2.0;
 
 /// The texel `i` and the next one, wrapped into 0…`last`; `i` is −1…`last`
 /// (the clamp keeps a NaN of the caller inside the map).
@@ -136,7 +133,7 @@ impl SafeStep {
     #[inline]
     pub fn new(step: Real) -> SafeStep {
         SafeStep {
-            lipschitz: crate::arithmetic::div(SQRT_HALF, 1.0 + step),
+            lipschitz: div(SQRT_HALF, 1.0 + step),
             margin: 0.8365 + step,
         }
     }

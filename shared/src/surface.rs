@@ -1,6 +1,6 @@
 //! The smooth surface at a point of a facet: what the corners say, interpolated.
 
-use crate::arithmetic::{div, normalize_or};
+use crate::arithmetic::normalize_or;
 use crate::facet::FacetHit;
 use crate::layout::{Triangle, vec2, vec3};
 use crate::{Real, Vec2, Vec3};
@@ -48,46 +48,17 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
     let p = pb * wb + pc * wc;
     let facet_depth = 0.5 * (wb * pb.dot(nb) + wc * pc.dot(nc) - p.dot(sum_of_normals));
 
-    let (gradient_u, gradient_v) = tilt_gradients(
-        vec3(triangle.gradient_u),
-        vec3(triangle.gradient_v),
-        normal,
-        hit.normal,
-    );
+    let gradient_u = vec3(a.gradient_u) * wa + vec3(b.gradient_u) * wb + vec3(c.gradient_u) * wc;
+    let gradient_v = vec3(a.gradient_v) * wa + vec3(b.gradient_v) * wb + vec3(c.gradient_v) * wc;
     Surface {
         normal,
         tangent,
         bitangent,
         quadric: vec3(a.quadric) * wa + vec3(b.quadric) * wb + vec3(c.quadric) * wc,
         uv: vec2(a.uv) * wa + vec2(b.uv) * wb + vec2(c.uv) * wc,
-        gradient_u,
-        gradient_v,
+        gradient_u: gradient_u - normal * gradient_u.dot(normal),
+        gradient_v: gradient_v - normal * gradient_v.dot(normal),
         facet_depth,
-    }
-}
-
-/// Carries gradients from the facet's plane into the plane orthogonal to
-/// `normal`, along `normal`: points of the shell on one normal have one uv.
-#[inline]
-fn tilt_gradients(
-    gradient_u: Vec3,
-    gradient_v: Vec3,
-    normal: Vec3,
-    facet_normal: Vec3,
-) -> (Vec3, Vec3) {
-    let cosine = normal.dot(facet_normal);
-    // Beyond about 84° between them the projection says nothing any more.
-    if cosine > 0.0 && cosine * cosine > 0.01 * facet_normal.dot(facet_normal) {
-        let along = facet_normal * div(1.0, cosine);
-        (
-            gradient_u - along * gradient_u.dot(normal),
-            gradient_v - along * gradient_v.dot(normal),
-        )
-    } else {
-        (
-            gradient_u - normal * gradient_u.dot(normal),
-            gradient_v - normal * gradient_v.dot(normal),
-        )
     }
 }
 
@@ -111,10 +82,10 @@ mod tests {
                 normal: n.to_array(),
                 tangent: any_perpendicular(n).to_array(),
                 quadric: [0.5 / radius, 0.0, 0.5 / radius],
+                gradient_u: [1.0, 0.0, 0.0],
+                gradient_v: [0.0, 1.0, 0.0],
                 ..Corner::default()
             }),
-            gradient_u: [1.0, 0.0, 0.0],
-            gradient_v: [0.0, 1.0, 0.0],
             handedness: 1.0,
         }
     }

@@ -36,7 +36,11 @@ pub fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
         map.min_distance(),
         map.max_distance(),
         map.step(),
-        if map.saturated() { " (farther ones saturate)" } else { "" },
+        if map.saturated() {
+            " (farther ones saturate)"
+        } else {
+            ""
+        },
     );
     Ok(())
 }

@@ -18,8 +18,16 @@ pub fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
         println!(
             "adapter: {}{}, shaders {}",
             found.describe(),
-            if found.is_software() { ", a software driver" } else { "" },
-            if found.takes_spirv() { "untouched" } else { "through naga" },
+            if found.is_software() {
+                ", a software driver"
+            } else {
+                ""
+            },
+            if found.takes_spirv() {
+                "untouched"
+            } else {
+                "through naga"
+            },
         );
     }
     Ok(())
@@ -40,7 +48,11 @@ fn show(Loaded { scene, prepared }: &Loaded) {
         camera.target,
         camera.up,
         scene.field_of_view,
-        if scene.camera.is_none() { " (chosen)" } else { "" }
+        if scene.camera.is_none() {
+            " (chosen)"
+        } else {
+            ""
+        }
     );
     for (object, prepared) in scene.objects.iter().zip(&prepared.objects) {
         let (mesh, map) = (&prepared.mesh, &prepared.map);
@@ -53,16 +65,32 @@ fn show(Loaded { scene, prepared }: &Loaded) {
             mesh.position_count,
             size_of_val(prepared.triangles.as_slice())
         );
-        println!("    from {:.4?} to {:.4?}", mesh.bounds.min.to_array(), mesh.bounds.max.to_array());
+        println!(
+            "    from {:.4?} to {:.4?}",
+            mesh.bounds.min.to_array(),
+            mesh.bounds.max.to_array()
+        );
         println!(
             "    principal curvatures from {:.4} to {:.4} per unit",
             report.smallest_curvature, report.largest_curvature
         );
         let remarks = [
-            (report.skipped_degenerate > 0, format!("{} triangles without area left out", report.skipped_degenerate)),
-            (report.reversed_triangles > 0, format!("{} triangles turned round", report.reversed_triangles)),
+            (
+                report.skipped_degenerate > 0,
+                format!(
+                    "{} triangles without area left out",
+                    report.skipped_degenerate
+                ),
+            ),
+            (
+                report.reversed_triangles > 0,
+                format!("{} triangles turned round", report.reversed_triangles),
+            ),
             (report.computed_normals, "normals computed".to_string()),
-            (report.projected_uvs, "texture coordinates projected".to_string()),
+            (
+                report.projected_uvs,
+                "texture coordinates projected".to_string(),
+            ),
         ];
         for (_, remark) in remarks.iter().filter(|(applies, _)| *applies) {
             println!("    {remark}");

@@ -171,7 +171,9 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
         text.parse()
             .ok()
             .filter(|side| (1..=limit).contains(side))
-            .ok_or_else(|| format!("a size is WIDTHxHEIGHT, such as 800x600, each from 1 to {limit}"))
+            .ok_or_else(|| {
+                format!("a size is WIDTHxHEIGHT, such as 800x600, each from 1 to {limit}")
+            })
     };
     let (width, height) = text.split_once(['x', 'X']).unwrap_or((text, ""));
     Ok([side(width)?, side(height)?])

@@ -19,7 +19,11 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
     println!(
         "{}, shaders {}, against the CPU",
         found.describe(),
-        if path == ShaderPath::Passthrough { "untouched" } else { "through naga" }
+        if path == ShaderPath::Passthrough {
+            "untouched"
+        } else {
+            "through naga"
+        }
     );
     let mut failed = Vec::new();
     for scene in &arguments.scenes {

@@ -8,6 +8,7 @@
 
 mod curvature;
 mod error;
+mod gradients;
 mod normals;
 mod obj;
 mod prepare;
@@ -141,11 +142,6 @@ pub struct MeshReport {
 pub struct MeshTriangle {
     /// The corners, counter-clockwise as seen from outside.
     pub corners: [MeshCorner; 3],
-    /// Surface gradient ∇u, in the plane of the triangle, in repeats per
-    /// object unit. Zero, as ∇v, if the texture coordinates have no area.
-    pub gradient_u: DVec3,
-    /// Surface gradient ∇v; as `gradient_u`.
-    pub gradient_v: DVec3,
 }
 
 /// A corner of a [`MeshTriangle`].
@@ -166,6 +162,11 @@ pub struct MeshCorner {
     pub uv: DVec2,
     /// The surface around the corner, in the frame T, B, N.
     pub quadric: Quadric,
+    /// Surface gradient ∇u, at a right angle to N, in repeats per object unit.
+    /// Zero, as ∇v, if the texture coordinates have no area.
+    pub gradient_u: DVec3,
+    /// Surface gradient ∇v; as `gradient_u`.
+    pub gradient_v: DVec3,
 }
 
 impl MeshCorner {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::curvature::{Quadric, quadrics};
 use super::error::MeshError;
+use super::gradients::{Gradients, corner_gradients};
 use super::obj::{Corner, SourceMesh};
 use super::surface::{Face, Surface, area_normal};
 use super::tangents::{TangentFrame, tangent_frames};
@@ -92,7 +93,8 @@ pub(super) fn prepare(
     let computed_normals = normals::complete(&mut surface);
     let frames = tangent_frames(&surface, bounds.centre(), bounds.diagonal());
     let quadrics = quadrics(&surface, &frames);
-    let triangles = assemble(&surface, &frames, &quadrics);
+    let gradients = corner_gradients(&surface);
+    let triangles = assemble(&surface, &frames, &quadrics, &gradients);
 
     let corners = || triangles.iter().flat_map(|triangle| &triangle.corners);
     let curvatures = || corners().flat_map(|corner| corner.quadric.principal_curvatures());
@@ -194,15 +196,16 @@ fn assemble(
     surface: &Surface,
     frames: &[[TangentFrame; 3]],
     quadrics: &[[Quadric; 3]],
+    gradients: &[[Gradients; 3]],
 ) -> Vec<MeshTriangle> {
     surface
         .faces
         .par_iter()
         .zip(frames)
         .zip(quadrics)
-        .map(|((face, frames), quadrics)| {
+        .zip(gradients)
+        .map(|(((face, frames), quadrics), gradients)| {
             let positions = surface.corners(face);
-            let [gradient_u, gradient_v] = uv_gradients(positions, face.uvs);
             let corners = std::array::from_fn(|corner| MeshCorner {
                 position: positions[corner],
                 position_index: face.vertices[corner],
@@ -211,19 +214,17 @@ fn assemble(
                 handedness: frames[corner].handedness,
                 uv: face.uvs[corner],
                 quadric: quadrics[corner],
+                gradient_u: gradients[corner].u,
+                gradient_v: gradients[corner].v,
             });
-            MeshTriangle {
-                corners,
-                gradient_u,
-                gradient_v,
-            }
+            MeshTriangle { corners }
         })
         .collect()
 }
 
 /// Surface gradients of u and v over a triangle, in repeats per object unit;
 /// zero if the texture coordinates have no area.
-fn uv_gradients(corners: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
+pub(super) fn uv_gradients(corners: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
     let (uv1, uv2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
     let longest = uv1
         .length_squared()

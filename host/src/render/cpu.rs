@@ -65,8 +65,12 @@ impl<'a> CpuRenderer<'a> {
             let order = self.leaves[leaf];
             let object = &self.scene.objects[order[0] as usize];
             let triangle = &object.triangles[order[1] as usize];
-            let entry = fragment::enter(frame, &object.parameters, triangle, direction);
-            if !entry.hit {
+            let facet = fragment::meet(frame, triangle, direction);
+            if !facet.hit {
+                return;
+            }
+            let entry = fragment::enter(&object.parameters, triangle, direction, &facet);
+            if !entry.path.enters {
                 return;
             }
             // Nothing behind the entry can be nearer than the entry.
@@ -129,9 +133,7 @@ fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
     let mut boxes = Vec::with_capacity(scene.triangle_count());
     for (i, object) in scene.objects.iter().enumerate() {
         for (j, triangle) in object.triangles.iter().enumerate() {
-            let [a, b, c] = triangle
-                .corners
-                .map(|corner| Vec3::from(corner.position));
+            let [a, b, c] = triangle.corners.map(|corner| Vec3::from(corner.position));
             let (low, high) = (a.min(b).min(c), a.max(b).max(c));
             let largest = low.abs().max(high.abs()).max_element().max(reach);
             let margin = Vec3::splat(4e-6 * largest);

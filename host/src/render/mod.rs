@@ -62,7 +62,9 @@ pub enum RenderError {
         message: String,
     },
     /// The scene is larger than the adapter's limits.
-    #[error("{adapter}: {what} needs {needed}, and its limit is {limit}; use --backend cpu, or less of it")]
+    #[error(
+        "{adapter}: {what} needs {needed}, and its limit is {limit}; use --backend cpu, or less of it"
+    )]
     Limit {
         /// The adapter.
         adapter: String,

@@ -100,7 +100,17 @@ mod tests {
 
     #[test]
     fn mistakes_are_told() {
-        for bad in ["\"red\"", "\"#12345\"", "\"#12345g\"", "[1, 2, 3]", "[nan, 0, 0]", "[0, 0]", "[0,0,0,0]", "7", "\"#äöü\""] {
+        for bad in [
+            "\"red\"",
+            "\"#12345\"",
+            "\"#12345g\"",
+            "[1, 2, 3]",
+            "[nan, 0, 0]",
+            "[0, 0]",
+            "[0,0,0,0]",
+            "7",
+            "\"#äöü\"",
+        ] {
             let message = parse(bad).unwrap_err();
             assert!(message.contains("line 1"), "{bad}: {message}");
         }

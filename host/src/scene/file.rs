@@ -135,7 +135,10 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
                 return Err(check.wrong(
                     size,
                     "image.size",
-                    format!("is {:?}; both sides go from 1 to {limit} pixels", size.get_ref()),
+                    format!(
+                        "is {:?}; both sides go from 1 to {limit} pixels",
+                        size.get_ref()
+                    ),
                 ));
             }
             size.get_ref().map(|side| side as u32)
@@ -273,14 +276,28 @@ fn object(
         wall: table.material.wall.unwrap_or(Color::from_hex(0xb0502e)),
         bevel: table.material.bevel.unwrap_or(Color::from_hex(0xe8cf94)),
         floor: table.material.floor.unwrap_or(Color::from_hex(0x3d5a73)),
-        specular: check.within(&table.material.specular, &key("material.specular"), 0.25, 0.0, 1.0)?,
-        shininess: check.whole(&table.material.shininess, &key("material.shininess"), 40, 1, 127)?,
+        specular: check.within(
+            &table.material.specular,
+            &key("material.specular"),
+            0.25,
+            0.0,
+            1.0,
+        )?,
+        shininess: check.whole(
+            &table.material.shininess,
+            &key("material.shininess"),
+            40,
+            1,
+            127,
+        )?,
     };
     let mesh = folder.join(table.mesh.get_ref());
     Ok(SceneObject {
         name: table.name.clone().unwrap_or_else(|| {
-            mesh.file_stem()
-                .map_or_else(|| "object".to_string(), |stem| stem.to_string_lossy().into())
+            mesh.file_stem().map_or_else(
+                || "object".to_string(),
+                |stem| stem.to_string_lossy().into(),
+            )
         }),
         mesh,
         shape: folder.join(table.shape.get_ref()),
@@ -307,12 +324,15 @@ fn extrusion(
     table: &ObjectTable,
     key: &dyn Fn(&str) -> String,
 ) -> Result<Extrusion, SceneError> {
-    let technique = table.technique.unwrap_or(match (&table.chamfer, &table.bevel, &table.extension) {
-        (Some(_), _, _) => Technique::Chamfered,
-        (None, Some(_), _) => Technique::Beveled,
-        (None, None, Some(_)) => Technique::Outward,
-        (None, None, None) => Technique::Basic,
-    });
+    let technique =
+        table
+            .technique
+            .unwrap_or(match (&table.chamfer, &table.bevel, &table.extension) {
+                (Some(_), _, _) => Technique::Chamfered,
+                (None, Some(_), _) => Technique::Beveled,
+                (None, None, Some(_)) => Technique::Outward,
+                (None, None, None) => Technique::Basic,
+            });
     let (has_bevel, has_chamfer) = match technique {
         Technique::Basic | Technique::Outward => (false, false),
         Technique::Beveled => (true, false),
@@ -327,17 +347,35 @@ fn extrusion(
         None => Ok(()),
     };
     if technique == Technique::Basic {
-        forbid(&table.extension, "extension", "write technique = \"outward\"")?;
+        forbid(
+            &table.extension,
+            "extension",
+            "write technique = \"outward\"",
+        )?;
     }
     if !has_bevel {
-        forbid(&table.bevel, "bevel", "write technique = \"beveled\" or \"chamfered\"")?;
+        forbid(
+            &table.bevel,
+            "bevel",
+            "write technique = \"beveled\" or \"chamfered\"",
+        )?;
     }
     if !has_chamfer {
         forbid(&table.chamfer, "chamfer", "write technique = \"chamfered\"")?;
     }
-    let extension_default = if technique == Technique::Outward { 0.02 } else { 0.0 };
+    let extension_default = if technique == Technique::Outward {
+        0.02
+    } else {
+        0.0
+    };
     Ok(Extrusion {
-        extension: check.within(&table.extension, &key("extension"), extension_default, -1.0, 2.0)?,
+        extension: check.within(
+            &table.extension,
+            &key("extension"),
+            extension_default,
+            -1.0,
+            2.0,
+        )?,
         bevel: if has_bevel {
             check.within(&table.bevel, &key("bevel"), 0.08, 0.0, 10.0)?
         } else {
@@ -427,7 +465,10 @@ impl Checker<'_> {
             Err(self.wrong(
                 value,
                 key,
-                format!("is {:?}; its numbers are finite and at most 1e9", value.get_ref()),
+                format!(
+                    "is {:?}; its numbers are finite and at most 1e9",
+                    value.get_ref()
+                ),
             ))
         }
     }
@@ -444,7 +485,10 @@ impl Checker<'_> {
             Some(value) => Err(self.wrong(
                 value,
                 key,
-                format!("is {:?}; its numbers are finite and at most {limit}", value.get_ref()),
+                format!(
+                    "is {:?}; its numbers are finite and at most {limit}",
+                    value.get_ref()
+                ),
             )),
         }
     }
@@ -472,9 +516,24 @@ mod tests {
 
     #[test]
     fn parameters_choose_the_technique() {
-        let with = |line: &str| parse_scene(&format!("{SHORT}{line}\n")).unwrap().objects[0].extrusion;
-        assert_eq!(with("bevel = 0.1"), Extrusion { extension: 0.0, bevel: 0.1, chamfer: 1.0 });
-        assert_eq!(with("technique = \"chamfered\""), Extrusion { extension: 0.0, bevel: 0.08, chamfer: 0.6 });
+        let with =
+            |line: &str| parse_scene(&format!("{SHORT}{line}\n")).unwrap().objects[0].extrusion;
+        assert_eq!(
+            with("bevel = 0.1"),
+            Extrusion {
+                extension: 0.0,
+                bevel: 0.1,
+                chamfer: 1.0
+            }
+        );
+        assert_eq!(
+            with("technique = \"chamfered\""),
+            Extrusion {
+                extension: 0.0,
+                bevel: 0.08,
+                chamfer: 0.6
+            }
+        );
         assert_eq!(with("extension = 0.1").extension, 0.1);
     }
 
@@ -491,21 +550,77 @@ mod tests {
             (object("steps = 0"), "line 4", "steps"),
             (object("steps = -99999999999"), "line 4", "steps"),
             (object("tier = \"best\""), "line 4", "fast"),
-            (object("technique = \"basic\"\nbevel = 0.1"), "line 5", "beveled"),
-            (object("technique = \"beveled\"\nchamfer = 0.1"), "line 5", "chamfered"),
+            (
+                object("technique = \"basic\"\nbevel = 0.1"),
+                "line 5",
+                "beveled",
+            ),
+            (
+                object("technique = \"beveled\"\nchamfer = 0.1"),
+                "line 5",
+                "chamfered",
+            ),
             (object("translate = [nan, 0, 0]"), "line 4", "translate"),
-            (object("[object.material]\nshininess = 1000"), "line 5", "shininess"),
-            (format!("[image]\nsize = [0, 600]\n{SHORT}"), "line 2", "image.size"),
-            (format!("[image]\nsize = [800, 99999999]\n{SHORT}"), "line 2", "image.size"),
-            (format!("[camera]\nfov = nan\n{SHORT}"), "line 2", "camera.fov"),
-            (format!("[camera]\nfov = 180\n{SHORT}"), "line 2", "camera.fov"),
-            (format!("[camera]\neye = [0, 0, nan]\n{SHORT}"), "line 2", "camera.eye"),
-            (format!("[camera]\neye = [0, 0, 0]\n{SHORT}"), "line 2", "camera.target"),
-            (format!("[camera]\neye = [0, 5, 0]\n{SHORT}"), "line 2", "camera.up"),
-            (format!("[camera]\ntarget = [0, 5, 0]\n{SHORT}"), "line 2", "camera.eye"),
-            (format!("[light]\ndirection = [0, 0, 0]\n{SHORT}"), "line 2", "light.direction"),
-            (format!("[light]\nintensity = -1\n{SHORT}"), "line 2", "light.intensity"),
-            ("[[object]]\nmesh = \"\"\nshape = \"a\"\n".to_string(), "line 2", "mesh"),
+            (
+                object("[object.material]\nshininess = 1000"),
+                "line 5",
+                "shininess",
+            ),
+            (
+                format!("[image]\nsize = [0, 600]\n{SHORT}"),
+                "line 2",
+                "image.size",
+            ),
+            (
+                format!("[image]\nsize = [800, 99999999]\n{SHORT}"),
+                "line 2",
+                "image.size",
+            ),
+            (
+                format!("[camera]\nfov = nan\n{SHORT}"),
+                "line 2",
+                "camera.fov",
+            ),
+            (
+                format!("[camera]\nfov = 180\n{SHORT}"),
+                "line 2",
+                "camera.fov",
+            ),
+            (
+                format!("[camera]\neye = [0, 0, nan]\n{SHORT}"),
+                "line 2",
+                "camera.eye",
+            ),
+            (
+                format!("[camera]\neye = [0, 0, 0]\n{SHORT}"),
+                "line 2",
+                "camera.target",
+            ),
+            (
+                format!("[camera]\neye = [0, 5, 0]\n{SHORT}"),
+                "line 2",
+                "camera.up",
+            ),
+            (
+                format!("[camera]\ntarget = [0, 5, 0]\n{SHORT}"),
+                "line 2",
+                "camera.eye",
+            ),
+            (
+                format!("[light]\ndirection = [0, 0, 0]\n{SHORT}"),
+                "line 2",
+                "light.direction",
+            ),
+            (
+                format!("[light]\nintensity = -1\n{SHORT}"),
+                "line 2",
+                "light.intensity",
+            ),
+            (
+                "[[object]]\nmesh = \"\"\nshape = \"a\"\n".to_string(),
+                "line 2",
+                "mesh",
+            ),
             ("[[object]]\nmesh = \"a\"\n".to_string(), "line 1", "shape"),
             ("this is not toml".to_string(), "line 1", ""),
         ];

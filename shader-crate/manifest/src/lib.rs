@@ -245,7 +245,10 @@ fn inherited(root: &Path, names: &BTreeSet<String>) -> Result<String, ManifestEr
             lines.push(format!("{name} {value}"));
         }
     }
-    lines.push(format!("profile {:?}", manifest.get("profile").and_then(|p| p.get("release"))));
+    lines.push(format!(
+        "profile {:?}",
+        manifest.get("profile").and_then(|p| p.get("release"))
+    ));
     Ok(lines.join("\n"))
 }
 

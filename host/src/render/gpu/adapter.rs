@@ -67,10 +67,11 @@ impl Found {
 pub fn adapters() -> Vec<Found> {
     let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
     let instance = wgpu::Instance::new(descriptor);
-    let mut found: Vec<Found> = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
-        .into_iter()
-        .map(|adapter| Found { adapter })
-        .collect();
+    let mut found: Vec<Found> =
+        pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
+            .into_iter()
+            .map(|adapter| Found { adapter })
+            .collect();
     found.sort_by_key(|found| match found.adapter.get_info().device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
         wgpu::DeviceType::IntegratedGpu => 1,
@@ -99,7 +100,10 @@ pub fn choose(wanted: Option<&str>) -> Result<Found, RenderError> {
     match position {
         Some(position) => Ok(all.swap_remove(position)),
         None => Err(RenderError::NoAdapter {
-            wanted: wanted.map_or_else(|| "was found".to_string(), |name| format!("has {name:?} in its name")),
+            wanted: wanted.map_or_else(
+                || "was found".to_string(),
+                |name| format!("has {name:?} in its name"),
+            ),
             found: if all.is_empty() {
                 "this machine has none".to_string()
             } else {

@@ -84,10 +84,15 @@ impl GpuRenderer {
         let (device, queue) = found.open()?;
         let guarded = Guard::new(&device, &description);
         let limits = device.limits();
-        let largest = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        let largest = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
         for object in &scene.objects {
             let sizes = [
-                ("triangles", std::mem::size_of_val(object.triangles.as_slice())),
+                (
+                    "triangles",
+                    std::mem::size_of_val(object.triangles.as_slice()),
+                ),
                 ("the shape map", std::mem::size_of_val(object.map.words())),
             ];
             for (what, bytes) in sizes {
@@ -110,7 +115,8 @@ impl GpuRenderer {
             immediate_size: 0,
         });
         let color_pipeline = pipeline(&device, &pipeline_layout, &module, "fragment_color", 1);
-        let geometry_pipeline = pipeline(&device, &pipeline_layout, &module, "fragment_geometry", 2);
+        let geometry_pipeline =
+            pipeline(&device, &pipeline_layout, &module, "fragment_geometry", 2);
 
         let storage = |label: &str, bytes: &[u8]| {
             let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -365,7 +371,11 @@ impl Targets {
         let stride = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let bytes = u64::from(stride) * u64::from(height);
         if bytes > limits.max_buffer_size {
-            return Err(too_large("its buffer (bytes)", bytes, limits.max_buffer_size));
+            return Err(too_large(
+                "its buffer (bytes)",
+                bytes,
+                limits.max_buffer_size,
+            ));
         }
         let texture = |format, usage| {
             device.create_texture(&wgpu::TextureDescriptor {

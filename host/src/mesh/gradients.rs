@@ -1,0 +1,115 @@
+//! Surface gradients of the texture coordinates at the corners.
+//!
+//! Gradients that are constant over a triangle jump from one to the next, and a
+//! wall of the extrusion jumps with them. Corners that share a position
+//! therefore share the mean of their triangles' gradients, each carried into
+//! the tangent plane along the corner's normal; but only where these are alike:
+//! not at a pole, where each triangle's u runs another way, and not where two
+//! charts of an atlas meet.
+
+use super::prepare::uv_gradients;
+use super::surface::{Surface, area_normal};
+use glam::DVec3;
+use rayon::prelude::*;
+
+/// ∇u and ∇v, repeats per object unit, orthogonal to the corner's normal.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Gradients {
+    pub u: DVec3,
+    pub v: DVec3,
+}
+
+/// Gradients further apart than this share of their length are not alike.
+const ALIKE: f64 = 0.35;
+
+/// The gradients of every corner of every face.
+pub(super) fn corner_gradients(surface: &Surface) -> Vec<[Gradients; 3]> {
+    let own: Vec<[Gradients; 3]> = surface
+        .faces
+        .par_iter()
+        .map(|face| {
+            let corners = surface.corners(face);
+            let [u, v] = uv_gradients(corners, face.uvs);
+            let facet_normal = area_normal(corners);
+            face.normals.map(|normal| Gradients {
+                u: tilt(u, normal, facet_normal),
+                v: tilt(v, normal, facet_normal),
+            })
+        })
+        .collect();
+    // Corners by position: the numbers 3 · face + corner, grouped.
+    let mut starts = vec![0usize; surface.positions.len() + 1];
+    for (index, valence) in surface.valences().iter().enumerate() {
+        starts[index + 1] = starts[index] + *valence as usize;
+    }
+    let mut at_position = vec![0usize; 3 * surface.faces.len()];
+    let mut next = starts.clone();
+    for (f, face) in surface.faces.iter().enumerate() {
+        for (c, &vertex) in face.vertices.iter().enumerate() {
+            let slot = &mut next[vertex as usize];
+            at_position[*slot] = 3 * f + c;
+            *slot += 1;
+        }
+    }
+    surface
+        .faces
+        .par_iter()
+        .enumerate()
+        .map(|(f, face)| {
+            std::array::from_fn(|c| {
+                let vertex = face.vertices[c] as usize;
+                let mine = own[f][c];
+                let around = &at_position[starts[vertex]..starts[vertex + 1]];
+                // A fan of thousands is a pole; its corners would be compared in vain.
+                if around.len() > 64 {
+                    return mine;
+                }
+                let mut sum = Gradients {
+                    u: DVec3::ZERO,
+                    v: DVec3::ZERO,
+                };
+                let mut weights = 0.0;
+                for &other in around {
+                    let theirs = own[other / 3][other % 3];
+                    if alike(mine.u, theirs.u) && alike(mine.v, theirs.v) {
+                        let corners = surface.corners(&surface.faces[other / 3]);
+                        let weight = area_normal(corners).length();
+                        sum.u += theirs.u * weight;
+                        sum.v += theirs.v * weight;
+                        weights += weight;
+                    }
+                }
+                let normal = face.normals[c];
+                let mean = |g: DVec3| {
+                    let g = g / weights;
+                    g - normal * normal.dot(g)
+                };
+                if weights > 0.0 {
+                    Gradients {
+                        u: mean(sum.u),
+                        v: mean(sum.v),
+                    }
+                } else {
+                    mine
+                }
+            })
+        })
+        .collect()
+}
+
+/// Carries a gradient of the facet into the plane orthogonal to `normal`, along
+/// `normal`: points of the shell on one normal have one pair of coordinates.
+fn tilt(gradient: DVec3, normal: DVec3, facet_normal: DVec3) -> DVec3 {
+    let cosine = normal.dot(facet_normal);
+    // Beyond about 84° between them the projection says nothing any more.
+    if cosine > 0.1 * facet_normal.length() {
+        gradient - facet_normal * (gradient.dot(normal) / cosine)
+    } else {
+        gradient - normal * gradient.dot(normal)
+    }
+}
+
+fn alike(a: DVec3, b: DVec3) -> bool {
+    let longer = a.length_squared().max(b.length_squared());
+    a.distance_squared(b) <= ALIKE * ALIKE * longer
+}

@@ -1,0 +1,35 @@
+//! The torus against its oracle.
+
+use relievo::prepare::prepare;
+use relievo::render::{CpuRenderer, Renderer};
+use relievo::scene::Scene;
+use relievo_tests::asset;
+use relievo_tests::torus_oracle::{Accuracy, TorusOracle};
+
+fn accuracy(tier: &str) -> Accuracy {
+    let text = format!(
+        "[image]\nsize = [480, 360]\n[camera]\neye = [0.0, 2.3, 3.4]\nfov = 38.0\n[[object]]\nmesh = \"../meshes/torus.obj\"\nshape = \"../patterns/discs.png\"\nrepeat = [24, 10]\ndepth = 0.08\ntier = \"{tier}\"\n"
+    );
+    let scene = Scene::parse(&text, &asset("scenes/test.toml")).unwrap();
+    let prepared = prepare(&scene, &|_| ()).unwrap();
+    let words = CpuRenderer::new(&prepared)
+        .geometry(&prepared.frame)
+        .unwrap();
+    let oracle = TorusOracle {
+        map: &prepared.objects[0].map,
+        repeat: [24.0, 10.0],
+        depth: 0.08,
+        radius: &|_| 0.0,
+        largest_radius: 0.0,
+    };
+    oracle.judge(&prepared, &words)
+}
+
+#[test]
+fn the_fast_tier_has_the_silhouette_of_the_torus() {
+    let fast = accuracy("fast");
+    let planar = accuracy("planar");
+    println!("fast {fast:?}\nplanar {planar:?}");
+    assert!(fast.silhouette_iou >= 0.985, "{fast:?}");
+    assert!(fast.silhouette_iou > planar.silhouette_iou);
+}
