@@ -16,3 +16,21 @@ pub fn root() -> PathBuf {
 pub fn asset(path: &str) -> PathBuf {
     root().join("assets").join(path)
 }
+
+/// Every scene of `assets/scenes`, sorted.
+///
+/// # Panics
+/// If there are none.
+pub fn scenes() -> Vec<PathBuf> {
+    let mut scenes: Vec<PathBuf> = std::fs::read_dir(asset("scenes"))
+        .expect("assets/scenes is a folder")
+        .map(|entry| entry.expect("a folder can be listed").path())
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|extension| extension == "toml")
+        })
+        .collect();
+    scenes.sort();
+    assert!(!scenes.is_empty());
+    scenes
+}

@@ -6,5 +6,11 @@ use clap::Parser;
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
+    // Without a desktop session Mesa's device selection layer complains on
+    // standard error of what nobody asked for.
+    if std::env::var_os("XDG_RUNTIME_DIR").is_none() {
+        // SAFETY: there is no other thread yet.
+        unsafe { std::env::set_var("NODEVICE_SELECT", "1") };
+    }
     cli::run(cli::Arguments::parse())
 }

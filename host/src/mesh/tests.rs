@@ -114,8 +114,11 @@ fn evaluate(corner: &MeshCorner, direction: DVec3) -> f64 {
 /// Asserts what must hold for any mesh.
 fn assert_sound(mesh: &Mesh) {
     for triangle in &mesh.triangles {
-        assert!(triangle.gradient_u.is_finite() && triangle.gradient_v.is_finite());
         for corner in &triangle.corners {
+            for gradient in [corner.gradient_u, corner.gradient_v] {
+                assert!(gradient.is_finite());
+                assert!(gradient.dot(corner.normal).abs() < 1e-9 * gradient.length().max(1.0));
+            }
             assert!((corner.normal.length() - 1.0).abs() < 1e-12);
             assert!((corner.tangent.length() - 1.0).abs() < 1e-12);
             assert!(corner.tangent.dot(corner.normal).abs() < 1e-12);
@@ -207,15 +210,16 @@ proptest! {
             writeln!(text, "v {} {} {}\nvt {} {}", position.x, position.y, position.z, uv.x, uv.y).unwrap();
         }
         let mesh = parse(&format!("{text}f 1/1 2/2 3/3\n"), &options());
-        let triangle = &mesh.triangles[0];
+        // One triangle with computed normals: its corners' normals are its own.
+        let corner = &mesh.triangles[0].corners[0];
         for (position, expected) in [(b, uv[1] - uv[0]), (c, uv[2] - uv[0])] {
-            let along = DVec2::new(triangle.gradient_u.dot(position - a), triangle.gradient_v.dot(position - a));
+            let along = DVec2::new(corner.gradient_u.dot(position - a), corner.gradient_v.dot(position - a));
             prop_assert!((along - expected).length() < 1e-9);
         }
         let normal = (b - a).cross(c - a).normalize();
-        prop_assert!(triangle.gradient_u.dot(normal).abs() < 1e-9 * triangle.gradient_u.length().max(1.0));
-        prop_assert!(triangle.corners[0].bitangent().dot(triangle.gradient_v) > 0.0);
-        prop_assert!(triangle.corners[0].tangent.dot(triangle.gradient_u) > 0.0);
+        prop_assert!(corner.gradient_u.dot(normal).abs() < 1e-9 * corner.gradient_u.length().max(1.0));
+        prop_assert!(corner.bitangent().dot(corner.gradient_v) > 0.0);
+        prop_assert!(corner.tangent.dot(corner.gradient_u) > 0.0);
     }
 }
 
@@ -349,8 +353,8 @@ fn mirrored_texture_coordinates_turn_the_frame_and_not_the_surface() {
         }
         for triangle in [a, b] {
             for corner in &triangle.corners {
-                assert!(corner.bitangent().dot(triangle.gradient_v) > 0.0);
-                assert!(corner.tangent.dot(triangle.gradient_u) > 0.0);
+                assert!(corner.bitangent().dot(corner.gradient_v) > 0.0);
+                assert!(corner.tangent.dot(corner.gradient_u) > 0.0);
             }
         }
     }
@@ -463,9 +467,9 @@ fn the_transform_scales_then_turns_then_moves() {
         assert!(corner.normal.distance(DVec3::NEG_X) < 1e-12);
         assert!(corner.tangent.distance(DVec3::Y) < 1e-6);
         assert!(corner.bitangent().distance(DVec3::NEG_Z) < 1e-6);
+        assert!(corner.gradient_u.distance(DVec3::new(0.0, 0.5, 0.0)) < 1e-12);
+        assert!(corner.gradient_v.distance(DVec3::new(0.0, 0.0, -0.5)) < 1e-12);
     }
-    assert!(triangle.gradient_u.distance(DVec3::new(0.0, 0.5, 0.0)) < 1e-12);
-    assert!(triangle.gradient_v.distance(DVec3::new(0.0, 0.0, -0.5)) < 1e-12);
     assert!(mesh.bounds.min.distance(DVec3::new(10.0, 0.0, -2.0)) < 1e-12);
 }
 
@@ -550,7 +554,7 @@ fn flawed_triangles_do_no_harm() {
     let mesh = parse(text, &options());
     assert_sound(&mesh);
     assert_eq!(mesh.report.skipped_degenerate, 2);
-    assert_eq!(mesh.triangles[3].gradient_u, DVec3::ZERO);
+    assert_eq!(mesh.triangles[3].corners[0].gradient_u, DVec3::ZERO);
 
     let error = Mesh::parse(
         "v 0 0 0\nv 1 0 0\nvt 0 0\nf 1/1 2/1 1/1\n",
@@ -658,4 +662,55 @@ fn the_number_of_threads_changes_nothing() {
         pool.install(|| parse(&text, &options()))
     };
     assert_eq!(with_threads(1), with_threads(5));
+}
+
+/// On a torus the averaged gradients are nearer to the true ones than any
+/// triangle's own, and corners at one place agree, across the seam too.
+#[test]
+fn corner_gradients_are_smooth_and_right() {
+    let torus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/meshes/torus.obj");
+    let mesh = Mesh::load(&torus, &MeshOptions::default()).unwrap();
+    let (major, minor) = (1.0, 0.4);
+    let mut worst: f64 = 0.0;
+    let mut shared = std::collections::BTreeMap::new();
+    for corner in corners(&mesh) {
+        let p = corner.position;
+        let radius = p.x.hypot(p.z);
+        // u turns from +z towards +x; v rises from the outer equator.
+        let along_u = DVec3::new(p.z, 0.0, -p.x) / radius;
+        let along_v = corner.normal.cross(along_u);
+        let true_u = along_u / (std::f64::consts::TAU * radius);
+        let true_v = along_v / (std::f64::consts::TAU * minor);
+        worst = worst
+            .max(corner.gradient_u.distance(true_u) / true_u.length())
+            .max(corner.gradient_v.distance(true_v) / true_v.length());
+        assert!(radius <= major + minor + 1e-6);
+        let known = shared
+            .entry(corner.position_index)
+            .or_insert(corner.gradient_u);
+        assert!(known.distance(corner.gradient_u) < 1e-9);
+    }
+    assert!(worst < 0.04, "{worst}");
+}
+
+/// At a pole every triangle's u runs another way: the corner keeps its own.
+#[test]
+fn a_pole_keeps_the_gradients_of_its_triangles() {
+    let sphere =
+        std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/meshes/sphere.obj");
+    let mesh = Mesh::load(&sphere, &MeshOptions::default()).unwrap();
+    let pole: Vec<&MeshCorner> = corners(&mesh)
+        .filter(|corner| corner.position.y > 1.0 - 1e-9)
+        .collect();
+    assert_eq!(pole.len(), 32);
+    let mean = pole.iter().map(|corner| corner.gradient_u).sum::<DVec3>() / 32.0;
+    let length = pole[0].gradient_u.length();
+    assert!(
+        mean.length() < 1e-3 * length,
+        "they cancel: the mean would be none"
+    );
+    assert!(
+        pole.iter()
+            .all(|corner| corner.gradient_u.length() > 0.9 * length)
+    );
 }

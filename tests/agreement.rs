@@ -1,0 +1,103 @@
+//! GPU pictures against CPU pictures: every scene, every adapter, both ways
+//! for a shader to reach the driver. No adapter is a failure: see `tests/run`.
+
+use relievo::prepare::prepare;
+use relievo::render::gpu::{Found, ShaderPath, adapters};
+use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::scene::Scene;
+use relievo::verify::{Agreement, compare};
+use relievo_tests::scenes;
+use std::path::Path;
+
+/// What is measured today on lavapipe and asked for everywhere; bit equality
+/// is another issue. See docs/agreement.md for the figures.
+const LARGEST_SHARE: f64 = 0.05;
+const LARGEST_COLOR_DIFFERENCE: f32 = 1e-3;
+const LARGEST_DISTANCE_DIFFERENCE: f32 = 1e-4;
+
+fn every_adapter() -> Vec<Found> {
+    let all = adapters();
+    assert!(
+        !all.is_empty(),
+        "no GPU adapter: install a Vulkan driver (tests/run does it where it may)"
+    );
+    all
+}
+
+fn agreement(path: &Path, found: &Found, shaders: ShaderPath) -> Agreement {
+    let mut scene = Scene::load(path).unwrap();
+    scene.size = [320, 240];
+    let scene = prepare(&scene, &|_| ()).unwrap();
+    let mut gpu = GpuRenderer::with_shader_path(&scene, found, shaders).unwrap();
+    let mut cpu = CpuRenderer::new(&scene);
+    let frame = &scene.frame;
+    compare(
+        [&gpu.color(frame).unwrap(), &cpu.color(frame).unwrap()],
+        [&gpu.geometry(frame).unwrap(), &cpu.geometry(frame).unwrap()],
+    )
+}
+
+#[test]
+fn gpu_pictures_are_cpu_pictures() {
+    let mut wrong = Vec::new();
+    for found in every_adapter() {
+        let mut paths = vec![ShaderPath::Naga];
+        if found.takes_spirv() {
+            paths.push(ShaderPath::Passthrough);
+        }
+        for scene in scenes() {
+            for &path in &paths {
+                let agreement = agreement(&scene, &found, path);
+                let good = agreement.pixels == 320 * 240
+                    && agreement.class_pixels == 0
+                    && agreement.color_pixels as f64 <= LARGEST_SHARE * agreement.pixels as f64
+                    && agreement.largest_color_difference <= LARGEST_COLOR_DIFFERENCE
+                    && agreement.largest_distance_difference <= LARGEST_DISTANCE_DIFFERENCE;
+                if !good {
+                    wrong.push(format!(
+                        "{}, {path:?}, {}: {agreement:?}",
+                        found.describe(),
+                        scene.display()
+                    ));
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
+
+/// The comparison must see a wrong picture: another depth, on one side only.
+#[test]
+fn gpu_picture_of_another_scene_is_caught() {
+    let found = every_adapter().swap_remove(0);
+    let mut scene = Scene::load(&scenes()[0]).unwrap();
+    scene.size = [160, 120];
+    let right = prepare(&scene, &|_| ()).unwrap();
+    scene.objects[0].depth = Some(0.0600001);
+    let wrong = prepare(&scene, &|_| ()).unwrap();
+    let mut gpu = GpuRenderer::new(&wrong, &found).unwrap();
+    let mut cpu = CpuRenderer::new(&right);
+    let frame = &right.frame;
+    let agreement = compare(
+        [&gpu.color(frame).unwrap(), &cpu.color(frame).unwrap()],
+        [&gpu.geometry(frame).unwrap(), &cpu.geometry(frame).unwrap()],
+    );
+    assert!(
+        agreement.different_geometry_words > agreement.geometry_words / 50,
+        "{agreement:?}"
+    );
+}
+
+/// A frame drawn twice, with another size between, is the same frame.
+#[test]
+fn gpu_frames_repeat() {
+    let found = every_adapter().swap_remove(0);
+    let mut scene = Scene::load(&scenes()[0]).unwrap();
+    scene.size = [97, 61];
+    let scene = prepare(&scene, &|_| ()).unwrap();
+    let mut gpu = GpuRenderer::new(&scene, &found).unwrap();
+    let first = gpu.color(&scene.frame).unwrap();
+    let finer = gpu.color(&scene.frame_with_samples(2)).unwrap();
+    assert_eq!((finer.width, finer.height), (194, 122));
+    assert_eq!(gpu.color(&scene.frame).unwrap(), first);
+}
