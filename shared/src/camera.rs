@@ -109,3 +109,197 @@ pub fn rectangle_corner(rectangle: &Rectangle, index: u32) -> Vec2 {
         },
     )
 }
+
+#[cfg(test)]
+#[allow(clippy::disallowed_methods)] // Never compiled for a device.
+mod tests {
+    use super::*;
+    use crate::facet;
+    use crate::layout::Corner;
+    use crate::shape_map::tests::Random;
+
+    /// A picture of `width` × `height` pixels along `forward` from `eye`, and
+    /// half the vertical field of view by its tangent.
+    fn frame(eye: Vec3, forward: Vec3, width: u32, height: u32, tan_y: f32) -> Frame {
+        let axis = if forward.y.abs() < 0.9 {
+            Vec3::Y
+        } else {
+            Vec3::X
+        };
+        let right = forward.cross(axis).normalize();
+        let up = right.cross(forward);
+        let (w, h) = (width as f32, height as f32);
+        let tan_x = tan_y * w / h;
+        let ray_right = right * (2.0 * tan_x / w);
+        let ray_down = up * (-2.0 * tan_y / h);
+        let corner = forward - right * tan_x + up * tan_y;
+        Frame {
+            eye: eye.to_array(),
+            near: 0.01,
+            right: (right / tan_x).to_array(),
+            up: (up / tan_y).to_array(),
+            forward: forward.to_array(),
+            ray_first: (corner + (ray_right + ray_down) * 0.5).to_array(),
+            ray_right: ray_right.to_array(),
+            ray_down: ray_down.to_array(),
+            size: [w, h],
+            ..Frame::default()
+        }
+    }
+
+    fn triangle(corners: [Vec3; 3]) -> Triangle {
+        Triangle {
+            corners: corners.map(|position| Corner {
+                position: position.to_array(),
+                ..Corner::default()
+            }),
+            ..Triangle::default()
+        }
+    }
+
+    fn looking_down_z() -> Frame {
+        frame(Vec3::ZERO, Vec3::NEG_Z, 8, 4, 0.5)
+    }
+
+    #[test]
+    fn rays_fill_the_picture() {
+        let forward = Vec3::new(0.36, 0.48, -0.8);
+        // The middle pixel of a picture with odd sides.
+        let odd = frame(Vec3::ONE, forward, 7, 5, 0.3);
+        assert!((pixel_ray(&odd, 3, 2) - forward).length() < 1e-6);
+        // Pixel centres lie half a pixel inside the edges: x = ±⅞ and y = ±¾.
+        let even = looking_down_z();
+        let first = Vec3::new(-0.875, 0.375, -1.0).normalize();
+        let last = Vec3::new(0.875, -0.375, -1.0).normalize();
+        assert!((pixel_ray(&even, 0, 0) - first).length() < 1e-6);
+        assert!((pixel_ray(&even, 7, 3) - last).length() < 1e-6);
+    }
+
+    #[test]
+    fn depth_is_one_at_the_near_plane_and_falls_with_distance() {
+        let frame = looking_down_z();
+        let aside = Vec3::new(0.6, 0.0, -0.8);
+        assert!((reversed_depth(&frame, aside, 0.01 / 0.8) - 1.0).abs() < 1e-6);
+        assert!((reversed_depth(&frame, Vec3::NEG_Z, 10.0) - 0.001).abs() < 1e-9);
+        assert!(reversed_depth(&frame, Vec3::NEG_Z, 0.005) > 1.0);
+        for t in [0.0, -0.0, -1.0, -1e30, 1e-30] {
+            assert!(reversed_depth(&frame, Vec3::NEG_Z, t) > 1.0);
+        }
+        assert!(reversed_depth(&frame, Vec3::NEG_Z, 1e30) > 0.0);
+    }
+
+    #[test]
+    fn the_rectangle_of_a_plain_triangle() {
+        let frame = looking_down_z();
+        let front = [(-0.4, -0.1), (0.2, -0.1), (-0.4, 0.3)].map(|(x, y)| Vec3::new(x, y, -1.0));
+        // The picture is 1 high and 2 wide at this distance; a pixel is ¼ and ½.
+        let found = bounding_rectangle(&frame, &triangle(front));
+        assert!(
+            (found.low - Vec2::new(-0.65, -0.7)).length() < 1e-6,
+            "{found:?}"
+        );
+        assert!(
+            (found.high - Vec2::new(0.45, 1.0)).length() < 1e-6,
+            "{found:?}"
+        );
+
+        let nothing = Rectangle {
+            low: Vec2::ZERO,
+            high: Vec2::ZERO,
+        };
+        // From the back, behind the eye, and beside the picture.
+        let back = [front[0], front[2], front[1]];
+        assert_eq!(bounding_rectangle(&frame, &triangle(back)), nothing);
+        let behind = front.map(|p| p + Vec3::new(0.0, 0.0, 2.0));
+        assert_eq!(bounding_rectangle(&frame, &triangle(behind)), nothing);
+        let beside = front.map(|p| p + Vec3::new(3.0, 0.0, 0.0));
+        assert_eq!(bounding_rectangle(&frame, &triangle(beside)), nothing);
+        // A corner behind the eye: everywhere.
+        let through = [front[0], front[1], Vec3::new(-0.4, 5.0, 1.0)];
+        let found = bounding_rectangle(&frame, &triangle(through));
+        assert_eq!((found.low, found.high), (-Vec2::ONE, Vec2::ONE));
+    }
+
+    #[test]
+    fn six_corners_make_two_triangles_that_fill_the_rectangle() {
+        let rectangle = Rectangle {
+            low: Vec2::new(-0.5, -1.0),
+            high: Vec2::new(0.25, 0.5),
+        };
+        let corners: Vec<Vec2> = (0..6).map(|i| rectangle_corner(&rectangle, i)).collect();
+        let doubled = |a: Vec2, b: Vec2, c: Vec2| (b - a).perp_dot(c - a);
+        let first = doubled(corners[0], corners[1], corners[2]);
+        let second = doubled(corners[3], corners[4], corners[5]);
+        assert_eq!(first.abs() + second.abs(), 2.0 * 0.75 * 1.5);
+        for wanted in [
+            rectangle.low,
+            rectangle.high,
+            Vec2::new(rectangle.low.x, rectangle.high.y),
+            Vec2::new(rectangle.high.x, rectangle.low.y),
+        ] {
+            assert!(corners.contains(&wanted));
+        }
+    }
+
+    fn point(random: &mut Random, size: f64) -> Vec3 {
+        let mut number = || random.within(-size, size) as f32;
+        Vec3::new(number(), number(), number())
+    }
+
+    /// Triangles of all sizes around the eye, many with corners behind it. A
+    /// facet in front of the near plane is not drawn, so only meetings behind
+    /// the near plane count.
+    #[test]
+    fn every_pixel_that_meets_a_triangle_lies_in_its_rectangle() {
+        let mut random = Random(1);
+        let (mut met, mut everywhere, mut far_outside) = (0, 0, 0);
+        for _ in 0..20_000 {
+            let eye = point(&mut random, 2.0);
+            let middle = eye + point(&mut random, 3.0);
+            // Half of the time towards the triangle, more or less.
+            let aim = random.choose(&[0.0, 1.0]) as f32;
+            let forward = (middle - eye) * aim + point(&mut random, 1.0);
+            let forward = normalize_or(forward, Vec3::X);
+            let size = random.magnitude(0.02, 5.0);
+            let corners = [0; 3].map(|_| middle + point(&mut random, size));
+            let tan_y = random.within(0.1, 2.0) as f32;
+            let frame = frame(
+                eye,
+                forward,
+                random.whole(1, 16),
+                random.whole(1, 16),
+                tan_y,
+            );
+            let triangle = triangle(corners);
+            let rectangle = bounding_rectangle(&frame, &triangle);
+            let whole = rectangle.low == -Vec2::ONE && rectangle.high == Vec2::ONE;
+            for y in 0..frame.size[1] as u32 {
+                for x in 0..frame.size[0] as u32 {
+                    let direction = pixel_ray(&frame, x, y);
+                    let hit = facet::intersect(eye, direction, &triangle);
+                    let centre = Vec2::new(
+                        (2 * x + 1) as f32 / frame.size[0] - 1.0,
+                        1.0 - (2 * y + 1) as f32 / frame.size[1],
+                    );
+                    let inside =
+                        centre.cmpge(rectangle.low).all() && centre.cmple(rectangle.high).all();
+                    if hit.hit && reversed_depth(&frame, direction, hit.t) <= 1.0 {
+                        met += 1;
+                        everywhere += u32::from(whole);
+                        assert!(
+                            inside,
+                            "pixel ({x}, {y}) at {centre} outside {rectangle:?}: {frame:?} {triangle:?}"
+                        );
+                    } else if !inside {
+                        far_outside += 1;
+                    }
+                }
+            }
+        }
+        println!(
+            "{met} meetings, {everywhere} of them in a whole picture, {far_outside} pixels spared"
+        );
+        assert!(met > 10_000 && met - everywhere > 5_000 && everywhere > 1_000);
+        assert!(far_outside > 100_000);
+    }
+}

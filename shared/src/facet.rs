@@ -63,6 +63,7 @@ pub fn intersect(eye: Vec3, direction: Vec3, triangle: &Triangle) -> FacetHit {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods)] // Never compiled for a device.
 mod tests {
     use super::*;
     use crate::layout::Corner;
@@ -109,7 +110,54 @@ mod tests {
         }
     }
 
+    /// The shell of a facet behind the eye may still surround the eye.
+    #[test]
+    fn a_facet_behind_the_eye_is_met_at_a_negative_distance() {
+        let behind = triangle([[-1.0, -1.0, 1.0], [1.0, -1.0, 1.0], [0.0, 1.0, 1.0]]);
+        let hit = intersect(Vec3::ZERO, Vec3::NEG_Z, &behind);
+        assert!(hit.hit);
+        assert!((hit.t + 1.0).abs() < 1e-6, "{}", hit.t);
+    }
+
     proptest! {
+        /// Against the textbook's determinants (Cramer's rule) in f64.
+        #[test]
+        fn hits_agree_with_cramers_rule(
+            numbers in proptest::array::uniform9(-2.0f32..2.0),
+            eye in proptest::array::uniform3(-2.0f32..2.0),
+            aim in proptest::array::uniform2(-0.5f32..1.5),
+        ) {
+            let [a, b, c] = [0, 3, 6].map(|i| Vec3::from_slice(&numbers[i..i + 3]));
+            let eye = Vec3::from(eye);
+            let target = a + (b - a) * aim[0] + (c - a) * aim[1];
+            let direction = unit(target - eye);
+            let found = intersect(eye, direction, &triangle([a, b, c].map(|p| p.to_array())));
+
+            let wide = |v: Vec3| v.as_dvec3();
+            let (ab, ac, ae) = (wide(b) - wide(a), wide(c) - wide(a), wide(eye) - wide(a));
+            let ray = wide(direction);
+            let normal = ab.cross(ac);
+            let determinant = -ray.dot(normal);
+            // Not seen from the side, and not a sliver.
+            prop_assume!(determinant.abs() > 0.05 * normal.length());
+            prop_assume!(normal.length() > 0.05 * ab.length() * ac.length() && normal.length() > 0.05);
+            let cross = ae.cross(ray);
+            let wb = ac.dot(cross) / determinant;
+            let wc = -ab.dot(cross) / determinant;
+            let weights = [1.0 - wb - wc, wb, wc];
+            let margin = weights.iter().fold(f64::INFINITY, |least, &w| least.min(w));
+            if margin.abs() > 1e-3 {
+                prop_assert_eq!(found.hit, determinant > 0.0 && margin > 0.0);
+            }
+            if found.hit {
+                let t = ae.dot(normal) / determinant;
+                prop_assert!((f64::from(found.t) - t).abs() < 1e-3, "{} {}", found.t, t);
+                for (i, weight) in weights.into_iter().enumerate() {
+                    prop_assert!((f64::from(found.weights[i]) - weight).abs() < 1e-3);
+                }
+            }
+        }
+
         /// A fan of triangles around a point covers every ray near the point.
         #[test]
         fn shared_edges_do_not_leak(

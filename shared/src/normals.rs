@@ -68,3 +68,144 @@ pub fn normal_at<T: Texels + ?Sized>(
     };
     normalize_or(upright + surface_normal * tilt, surface_normal)
 }
+
+#[cfg(test)]
+#[allow(clippy::disallowed_methods)] // Never compiled for a device.
+mod tests {
+    use super::*;
+    use crate::march::END_SIDE;
+    use crate::path::test_surface;
+    use crate::shape_map::tests::{CODES, Random, Sample};
+
+    #[test]
+    fn the_class_follows_the_end_of_the_march() {
+        let class = |end, depth_fraction, bevel, chamfer, cut_out| {
+            let march = March {
+                end,
+                s: 1.0,
+                depth_fraction,
+                steps: 3,
+            };
+            let object = Object {
+                bevel,
+                chamfer,
+                cut_out,
+                ..Object::default()
+            };
+            class_of(&march, &object)
+        };
+        for cut_out in [0, 1] {
+            assert_eq!(class(END_MISS, 0.0, 0.1, 1.0, cut_out), CLASS_MISS);
+            assert_eq!(class(END_CAP, 0.0, 0.1, 1.0, cut_out), CLASS_CAP);
+            // A side without a bevel, with one, and above and below a chamfer.
+            assert_eq!(class(END_SIDE, 0.5, 0.0, 1.0, cut_out), CLASS_WALL);
+            assert_eq!(class(END_SIDE, 0.5, 0.1, 1.0, cut_out), CLASS_BEVEL);
+            assert_eq!(class(END_SIDE, 0.29, 0.1, 0.3, cut_out), CLASS_BEVEL);
+            assert_eq!(class(END_SIDE, 0.3, 0.1, 0.3, cut_out), CLASS_WALL);
+            assert_eq!(class(END_SIDE, 0.9, 0.1, 0.3, cut_out), CLASS_WALL);
+        }
+        assert_eq!(class(END_FLOOR, 1.0, 0.1, 1.0, 0), CLASS_FLOOR);
+        assert_eq!(class(END_FLOOR, 1.0, 0.1, 1.0, 1), CLASS_MISS);
+    }
+
+    /// A map of 64 × 32 texels whose pattern is its left or its upper half, on
+    /// a surface where a repeat is 2 by 0.5 object units.
+    fn half(left: bool) -> (Sample, Surface) {
+        let pattern: Vec<bool> = (0..64 * 32)
+            .map(|i| if left { i % 64 < 32 } else { i / 64 < 16 })
+            .collect();
+        let surface = Surface {
+            gradient_u: Vec3::X * 0.5,
+            gradient_v: Vec3::Y * -2.0,
+            ..test_surface([0.0; 3], 0.0)
+        };
+        (Sample::of_pattern(64, &pattern, CODES[0]), surface)
+    }
+
+    fn normal(class: u32, sample: &Sample, surface: &Surface, at: Vec3, uv: [f32; 2]) -> Vec3 {
+        let map = sample.map();
+        let uv = Vec2::new(uv[0], uv[1]);
+        normal_at(
+            class,
+            &sample.object,
+            &map,
+            &sample.words[..],
+            surface,
+            at,
+            uv,
+        )
+    }
+
+    #[test]
+    fn a_wall_faces_away_from_the_pattern() {
+        let (sample, surface) = half(true);
+        let wall = |uv| normal(CLASS_WALL, &sample, &surface, Vec3::Z, uv);
+        assert!((wall([0.5, 0.3]) - Vec3::X).length() < 1e-3);
+        assert!((wall([0.0, 0.7]) + Vec3::X).length() < 1e-3);
+        // v grows against y.
+        let (sample, surface) = half(false);
+        let wall = |uv| normal(CLASS_WALL, &sample, &surface, Vec3::Z, uv);
+        assert!((wall([0.3, 0.5]) + Vec3::Y).length() < 1e-3);
+        assert!((wall([0.3, 0.0]) - Vec3::Y).length() < 1e-3);
+    }
+
+    /// Over a straight edge across u the bevel is a plane: one width W·∇u⁻¹ of
+    /// run per b⁻¹ S_z of descent, so its normal is (|∇u|, b / S_z) in the plane
+    /// of T and N (section 9); across v distances are counted in widths, too,
+    /// so |∇v| H / W takes the place of |∇u|.
+    #[test]
+    fn a_bevel_is_tilted_by_its_slope() {
+        for (bevel, depth) in [(0.01, 0.2), (0.1, 0.2), (0.3, 0.05), (2.0, 0.1)] {
+            for left in [true, false] {
+                let (mut sample, surface) = half(left);
+                sample.object.bevel = bevel;
+                sample.object.depth = depth;
+                let (uv, expected) = if left {
+                    ([0.5, 0.3], Vec3::new(0.5, 0.0, bevel / depth))
+                } else {
+                    ([0.3, 0.5], Vec3::new(0.0, -2.0 * 0.5, bevel / depth))
+                };
+                let found = normal(CLASS_BEVEL, &sample, &surface, Vec3::Z, uv);
+                let expected = expected.normalize();
+                assert!((found - expected).length() < 1e-3, "{found} {expected}");
+            }
+        }
+    }
+
+    #[test]
+    fn cap_and_floor_have_the_surface_normal() {
+        let (sample, surface) = half(true);
+        let at = Vec3::new(0.6, 0.0, 0.8);
+        for class in [CLASS_CAP, CLASS_FLOOR] {
+            assert_eq!(normal(class, &sample, &surface, at, [0.5, 0.3]), at);
+        }
+    }
+
+    #[test]
+    fn sides_stand_upright_on_the_surface_at_the_hit_and_have_length_one() {
+        let mut random = Random(1);
+        let mut flat = 0;
+        for _ in 0..300 {
+            let mut sample = Sample::random(&mut random);
+            sample.object.bevel = random.magnitude(1e-3, 1.0) as f32;
+            let (_, surface) = half(true);
+            for _ in 0..20 {
+                let mut number = || random.within(-0.4, 0.4) as f32;
+                let at = Vec3::new(number(), number(), 1.0).normalize();
+                let uv = [number(), number()];
+                let wall = normal(CLASS_WALL, &sample, &surface, at, uv);
+                let bevel = normal(CLASS_BEVEL, &sample, &surface, at, uv);
+                assert!((wall.length() - 1.0).abs() < 1e-5);
+                assert!((bevel.length() - 1.0).abs() < 1e-5);
+                // Where the gradient vanishes, on a ridge, the surface's normal replaces it.
+                if wall == at {
+                    flat += 1;
+                } else {
+                    assert!(wall.dot(at).abs() < 1e-3, "{wall} {at}");
+                }
+                assert!(bevel.dot(at) > 0.0);
+            }
+        }
+        assert!(flat < 3_000, "{flat} of 6000 without a gradient");
+    }
+}

@@ -210,3 +210,428 @@ pub fn test_surface(quadric: [Real; 3], facet_depth: Real) -> Surface {
         facet_depth,
     }
 }
+
+#[cfg(test)]
+#[allow(clippy::disallowed_methods)] // References are computed in f64, by the standard library.
+mod tests {
+    use super::*;
+    use crate::layout::TIER_FAST;
+    use crate::shape_map::tests::Random;
+
+    /// A ray over a quadric patch: the inputs of section 4, in f64.
+    #[derive(Clone, Copy, Debug)]
+    struct Ray {
+        quadric: [f64; 3],
+        facet_depth: f64,
+        direction: [f64; 3],
+        facet_t: f64,
+        depth: f64,
+    }
+
+    impl Ray {
+        /// Any curvature, depth and direction; the unit of length spans six
+        /// orders of magnitude, and zeros are frequent.
+        fn random(random: &mut Random) -> Ray {
+            let unit = random.magnitude(1e-3, 1e3);
+            let curvature = random.choose(&[0.0, 1e-9, 1e-3, 0.3, 3.0]) / unit;
+            let entry = |random: &mut Random| curvature * random.within(-1.0, 1.0);
+            let z = random.choose(&[0.0, 1e-4, 0.1, 1.0]) * random.within(-1.0, 1.0);
+            let angle = random.within(0.0, std::f64::consts::TAU);
+            let tangential = (1.0 - z * z).sqrt();
+            Ray {
+                quadric: [entry(random), entry(random), entry(random)],
+                facet_depth: random.choose(&[0.0, 1e-4, 0.1]) * random.within(-1.0, 1.0) * unit,
+                direction: [tangential * angle.cos(), tangential * angle.sin(), -z],
+                facet_t: random.within(-1.0, 10.0) * unit,
+                depth: random.magnitude(1e-3, 1.0) * unit,
+            }
+            .narrowed()
+        }
+
+        /// Rounded to f32, so that both sides start from the same numbers.
+        fn narrowed(self) -> Ray {
+            let narrow = |x: f64| f64::from(x as f32);
+            Ray {
+                quadric: self.quadric.map(narrow),
+                facet_depth: narrow(self.facet_depth),
+                direction: self.direction.map(narrow),
+                facet_t: narrow(self.facet_t),
+                depth: narrow(self.depth),
+            }
+        }
+
+        fn path(&self, tier: u32) -> QuadraticPath {
+            QuadraticPath::new(
+                &test_surface(self.quadric.map(|q| q as f32), self.facet_depth as f32),
+                vec3(self.direction.map(|x| x as f32)),
+                self.facet_t as f32,
+                self.depth as f32,
+                tier,
+            )
+        }
+
+        fn v_z(&self) -> f64 {
+            -self.direction[2]
+        }
+
+        /// q of section 4.
+        fn q(&self) -> f64 {
+            let [x, y, _] = self.direction;
+            self.quadric[0] * x * x + self.quadric[1] * x * y + self.quadric[2] * y * y
+        }
+
+        fn radicand(&self) -> f64 {
+            self.v_z().powi(2) + 4.0 * self.q() * self.facet_depth
+        }
+
+        /// R.
+        fn root(&self) -> f64 {
+            if self.radicand() < 0.0 {
+                self.v_z().abs()
+            } else {
+                self.radicand().sqrt()
+            }
+        }
+
+        /// Not away from a flat or hollow cap, which never comes back.
+        fn enters(&self) -> bool {
+            self.q() > 0.0 || self.v_z() + self.root() > 0.0
+        }
+
+        /// δ0 as it counts: none where the quadric does not reach the facet.
+        fn counted_facet_depth(&self) -> f64 {
+            if self.radicand() < 0.0 {
+                0.0
+            } else {
+                self.facet_depth
+            }
+        }
+
+        /// δ S_z at the distance `s` from the facet: δ0 + V_z s − q s².
+        fn depth_at(&self, s: f64) -> f64 {
+            self.counted_facet_depth() + s * (self.v_z() - self.q() * s)
+        }
+
+        /// The size of the terms of [`Ray::depth_at`], which rounding is relative to.
+        fn scale_at(&self, s: f64) -> f64 {
+            self.facet_depth.abs() + (self.v_z() * s).abs() + (self.q() * s * s).abs()
+        }
+
+        /// Where one rounding decides between two answers, or where q or V_z + R
+        /// is the difference of larger numbers, f32 cannot agree with f64.
+        fn well_conditioned(&self) -> bool {
+            let terms = self.v_z().powi(2) + (4.0 * self.q() * self.facet_depth).abs();
+            let [x, y, _] = self.direction.map(f64::abs);
+            let q_terms = self.quadric[0].abs() * x * x
+                + self.quadric[1].abs() * x * y
+                + self.quadric[2].abs() * y * y;
+            (self.radicand().abs() > 1e-3 * terms || terms == 0.0)
+                && self.q().abs() >= 0.1 * q_terms
+                && (self.q() == 0.0 || self.q().abs() > 1e-15)
+                && (self.q() >= 0.0
+                    || self.v_z() + self.root() > 0.1 * self.root()
+                    || !self.enters())
+        }
+    }
+
+    fn well_conditioned(seed: u64) -> impl Iterator<Item = Ray> {
+        let mut random = Random(seed);
+        (0..100_000)
+            .map(move |_| Ray::random(&mut random))
+            .filter(Ray::well_conditioned)
+    }
+
+    #[test]
+    fn depth_and_texture_coordinates_follow_section_4() {
+        let (mut entering, mut to_floor, mut to_cap) = (0, 0, 0);
+        for ray in well_conditioned(1) {
+            let path = ray.path(TIER_FAST);
+            let v_z = ray.v_z();
+            if path.slope > 0.0 {
+                assert_eq!(path.enters, ray.enters(), "{ray:?}");
+            }
+            // Along a flat cap the depth stays δ0: `grazing_rays` looks at these.
+            let along = v_z == 0.0 && ray.q() == 0.0;
+            if !path.enters || along {
+                continue;
+            }
+            entering += 1;
+            let entry = f64::from(path.entry_from_facet);
+            // The cap is where the ray enters.
+            let scale = ray.scale_at(entry);
+            assert!(
+                ray.depth_at(entry).abs() <= 4e-6 * scale,
+                "{ray:?} {path:?}"
+            );
+            let entry_t = f64::from(path.entry_t);
+            assert!(
+                (entry_t - ray.facet_t - entry).abs() <= 1e-6 * (ray.facet_t.abs() + entry.abs())
+            );
+            // There it goes down, not up.
+            assert!(path.slope >= 0.0);
+
+            let end = f64::from(path.end());
+            for fraction in [0.1, 0.5, 0.9, 1.0] {
+                let s = end * fraction;
+                let from_facet = entry + s;
+                let expected = ray.depth_at(from_facet) / ray.depth;
+                let scale = (ray.scale_at(from_facet) + ray.scale_at(entry)) / ray.depth;
+                let found = f64::from(path.depth_fraction(s as f32));
+                assert!(
+                    (found - expected).abs() <= 4e-6 * scale + 1e-6,
+                    "{found} {expected} {ray:?} {path:?}"
+                );
+                // Section 4's uv0 + m s; the test surface's uv are x and y.
+                let uv = path.uv(s as f32);
+                let scale = entry.abs() + s;
+                assert!((f64::from(uv.x) - ray.direction[0] * from_facet).abs() <= 1e-6 * scale);
+                assert!((f64::from(uv.y) - ray.direction[1] * from_facet).abs() <= 1e-6 * scale);
+            }
+            if path.ends_on_floor() {
+                to_floor += 1;
+                assert!(
+                    (path.depth_fraction(path.end()) - 1.0).abs() < 1e-5,
+                    "{path:?}"
+                );
+            } else {
+                to_cap += 1;
+                assert!(path.depth_fraction(path.end()).abs() < 1e-5, "{path:?}");
+            }
+            // Neither floor nor cap before the end.
+            for i in 1..20 {
+                let inside = path.depth_fraction((end * f64::from(i) / 20.0) as f32);
+                assert!(inside > -1e-5 && inside < 1.0 + 1e-5, "{inside} {path:?}");
+            }
+        }
+        println!("{entering} enter, {to_floor} to the floor, {to_cap} to the cap");
+        assert!(entering > 10_000 && to_floor > 5_000 && to_cap > 1_000);
+    }
+
+    #[test]
+    fn the_steepest_descent_is_never_exceeded() {
+        for ray in well_conditioned(2) {
+            let path = ray.path(TIER_FAST);
+            if !path.enters || path.end() == 0.0 {
+                continue;
+            }
+            for i in 0..=10 {
+                let s = f64::from(path.end()) * f64::from(i) / 10.0;
+                let descent = (ray.v_z() - 2.0 * ray.q() * (f64::from(path.entry_from_facet) + s))
+                    / ray.depth;
+                let scale = (ray.v_z().abs()
+                    + (ray.q() * (f64::from(path.entry_from_facet) + s)).abs())
+                    / ray.depth;
+                assert!(
+                    descent <= f64::from(path.depth_rate()) + 4e-6 * scale,
+                    "{descent} {} {ray:?}",
+                    path.depth_rate()
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn a_sphere_is_met_to_second_order() {
+        let mut random = Random(3);
+        for _ in 0..2_000 {
+            let radius = random.magnitude(1e-2, 1e2);
+            let z = random.within(-0.3, 1.0);
+            let angle = random.within(0.0, std::f64::consts::TAU);
+            let tangential = (1.0f64 - z * z).sqrt();
+            let ray = Ray {
+                quadric: [0.5 / radius, 0.0, 0.5 / radius],
+                facet_depth: 0.0,
+                direction: [tangential * angle.cos(), tangential * angle.sin(), -z],
+                facet_t: 3.0 * radius,
+                depth: 0.3 * radius,
+            };
+            let path = ray.path(TIER_FAST);
+            let entry = f64::from(path.entry_from_facet);
+            let surface = test_surface(ray.quadric.map(|q| q as f32), 0.0);
+            let direction = vec3(ray.direction.map(|x| x as f32));
+            for fraction in [0.02, 0.1, 0.3] {
+                // From the facet point (0, 0, R), where the quadric touches the sphere.
+                let from_facet = fraction * radius;
+                let [x, y, z] = ray.direction.map(|d| d * from_facet);
+                let distance = (x * x + y * y + (radius + z).powi(2)).sqrt();
+                let s = (from_facet - entry) as f32;
+                let found = f64::from(path.depth_fraction(s)) * ray.depth;
+                let error = (found - (radius - distance)).abs() / radius;
+                // The next term of R − |p| is at most ½ (s/R)³, and the fourth powers follow.
+                assert!(
+                    error < 0.5 * fraction.powi(3) + 3e-6,
+                    "{error} {fraction} {ray:?}"
+                );
+
+                // The normal at the end of the way: that of the sphere below it.
+                let exact = Vec3::new(x as f32, y as f32, (radius + z) as f32) / distance as f32;
+                let normal = path.surface_normal(&surface, direction, s, TIER_FAST);
+                let error = f64::from((normal - exact).length());
+                assert!(error < 1.2 * fraction.powi(2) + 1e-5, "{error} {fraction}");
+                assert_eq!(
+                    path.surface_normal(&surface, direction, s, TIER_PLANAR),
+                    Vec3::Z
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn planar_is_a_surface_without_curvature() {
+        let mut random = Random(4);
+        for _ in 0..10_000 {
+            let ray = Ray::random(&mut random);
+            let flat = Ray {
+                quadric: [0.0; 3],
+                facet_depth: 0.0,
+                ..ray
+            };
+            // Debug prints every field, the sign of zero aside.
+            let text = |path: QuadraticPath| format!("{path:?}").replace("-0.0", "0.0");
+            assert_eq!(
+                text(ray.path(TIER_PLANAR)),
+                text(flat.path(TIER_FAST)),
+                "{ray:?}"
+            );
+        }
+    }
+
+    /// The straight ray down the axis, bent by `q` (it leans so little that q = `q`/2 · 10⁻⁸ or so).
+    fn leaning(quadric: f32, v_z: f32, depth: f32, facet_depth: f32) -> QuadraticPath {
+        let v_x = (1.0 - f64::from(v_z).powi(2)).sqrt() as f32;
+        QuadraticPath::new(
+            &test_surface([quadric, 0.0, 0.0], facet_depth),
+            Vec3::new(v_x, 0.0, -v_z),
+            1.0,
+            depth,
+            TIER_FAST,
+        )
+    }
+
+    #[test]
+    fn the_stable_root_keeps_its_digits() {
+        // Section 10: C = −0.3 with B = 1 and A from 10⁻⁶ to 0; here B = V_z =
+        // 0.6, so q = 0.64 · quadric, and the floor 0.18 deep lies at s = 0.3.
+        for quadric in [1e-6, 1e-8, 1e-12, 1e-20, 0.0, -1e-8, -1e-6] {
+            let path = leaning(quadric, 0.6, 0.18, 0.0);
+            assert!((path.end() - 0.3).abs() < 3e-7, "{quadric} {}", path.end());
+            assert!(path.ends_on_floor());
+        }
+        // The textbook form in f32 loses a part in hundred.
+        let (a, b) = (0.64e-6f32, 0.6f32);
+        let textbook = (b - (b * b - 4.0 * a * 0.18).sqrt()) / (2.0 * a);
+        assert!((textbook - 0.3).abs() > 1e-3, "{textbook}");
+    }
+
+    #[test]
+    fn the_exit_of_a_convex_surface() {
+        // δ0 = 0: s_exit = V_z / q (section 4), here 0.6 / (0.64 · 2).
+        let path = leaning(2.0, 0.6, 0.5, 0.0);
+        assert!(!path.ends_on_floor());
+        assert!((path.end() - 0.6 / 1.28).abs() < 1e-6);
+        // The floor at the very top of the arc is still the floor: V_z² = 4 q S_z.
+        let path = leaning(1.0, 0.6, 0.36 / 2.56 - 1e-6, 0.0);
+        assert!(path.ends_on_floor());
+        // A ray that climbs from a facet below the cap entered before the facet.
+        let path = leaning(2.0, -0.6, 0.5, 0.01);
+        assert!(path.enters && path.entry_from_facet < -0.4);
+        assert!(path.entry_from_facet + path.end() > 0.0);
+    }
+
+    #[test]
+    fn grazing_rays() {
+        // Section 10. q > 0: only the cap.
+        let convex = leaning(0.5, 0.0, 0.1, 0.0);
+        assert!(convex.enters && !convex.ends_on_floor());
+        assert_eq!(convex.end(), 0.0);
+        // q = 0: along the cap for ever.
+        let flat = leaning(0.0, 0.0, 0.1, 0.0);
+        assert!(flat.enters && !flat.ends_on_floor());
+        assert_eq!(flat.end(), 0.0);
+        // q < 0: the floor at √(S_z / |q|).
+        let concave = leaning(-0.5, 0.0, 0.1, 0.0);
+        assert!(concave.enters && concave.ends_on_floor());
+        assert!((concave.end() - 0.2f32.sqrt()).abs() < 1e-6);
+        // Away from a flat or a hollow cap: never.
+        assert!(!leaning(0.0, -0.1, 0.1, 0.0).enters);
+        assert!(!leaning(-0.5, -0.1, 0.1, 0.0).enters);
+        assert!(!leaning(0.0, -0.1, 0.1, 0.01).enters);
+        // A facet deeper than the quadric reaches: its depth is forgotten.
+        let forgotten = leaning(-0.5, 0.6, 0.1, 1.0);
+        assert!(forgotten.enters && forgotten.entry_from_facet == 0.0);
+        assert_eq!(forgotten.slope, 0.6);
+    }
+
+    #[test]
+    fn the_march_starts_at_the_eye_inside_the_shell() {
+        let direction = Vec3::new(0.8, 0.0, -0.6);
+        let surface = test_surface([0.0; 3], 0.0);
+        let path = QuadraticPath::new(&surface, direction, -0.25, 0.6, TIER_FAST);
+        assert_eq!(path.entry_t, -0.25);
+        assert_eq!(path.start(), 0.25);
+        assert!((path.end() - 1.0).abs() < 1e-6);
+        let outside = QuadraticPath::new(&surface, direction, 0.25, 0.6, TIER_FAST);
+        assert_eq!(outside.start(), 0.0);
+    }
+
+    #[test]
+    fn every_number_stays_finite() {
+        let mut random = Random(5);
+        let extreme = |random: &mut Random| -> f32 {
+            let special = [
+                0.0, -0.0, 1e-45, -1e-45, 1e-39, 1e-30, 1e-20, 1e-18, 1e-10, 1.0, 1e9,
+            ];
+            let value = match random.whole(0, 2) {
+                0 => random.choose(&special),
+                _ => random.magnitude(1e-45, 1e9) as f32,
+            };
+            if random.whole(0, 1) == 0 {
+                value
+            } else {
+                -value
+            }
+        };
+        for _ in 0..200_000 {
+            let z = match random.whole(0, 3) {
+                0 => random.choose(&[0.0, 1.0, -1.0]),
+                1 => extreme(&mut random).clamp(-1.0, 1.0),
+                _ => random.within(-1.0, 1.0) as f32,
+            };
+            let tangential = (1.0 - f64::from(z).powi(2)).sqrt() as f32;
+            let angle =
+                random.choose(&[0.0, 1.0, random_angle(&mut Random(u64::from(z.to_bits())))]);
+            let direction = Vec3::new(
+                tangential * angle.cos() as f32,
+                tangential * angle.sin() as f32,
+                -z,
+            );
+            let mut value = || extreme(&mut random);
+            let surface = Surface {
+                uv: Vec2::new(value(), value()),
+                gradient_u: Vec3::new(value(), value(), value()),
+                gradient_v: Vec3::new(value(), value(), value()),
+                ..test_surface([value(), value(), value()], value())
+            };
+            // 1 / depth must be a number, too.
+            let depth = value().abs().max(1e-30);
+            let facet_t = value();
+            for tier in [TIER_PLANAR, TIER_FAST] {
+                let path = QuadraticPath::new(&surface, direction, facet_t, depth, tier);
+                // Debug prints every field.
+                let text = format!("{path:?}");
+                assert!(
+                    !text.contains("inf") && !text.contains("NaN"),
+                    "{text} from {surface:?} {direction} {depth}"
+                );
+                assert!(path.start() >= 0.0 && path.end() >= 0.0 && path.slope >= 0.0);
+                let normal = path.surface_normal(&surface, direction, path.end(), tier);
+                assert!(normal.is_finite(), "{normal} {text}");
+                assert!(path.depth_rate() >= 0.0, "{text}");
+            }
+        }
+    }
+
+    fn random_angle(random: &mut Random) -> f64 {
+        random.within(0.0, std::f64::consts::TAU)
+    }
+}

@@ -60,4 +60,19 @@ mod tests {
         assert_eq!(profile(0.25, 0.5, 0.5).radius(0.75), 50.0);
         assert_eq!(profile(0.25, 0.5, 0.5).largest_radius(), 50.0);
     }
+
+    #[test]
+    fn the_radius_grows_down_to_the_chamfer_and_no_further() {
+        let profile = Profile {
+            extension: -3.0,
+            bevel: 8.0,
+            chamfer: 0.25,
+        };
+        assert_eq!(profile.radius(0.0), -3.0);
+        assert_eq!(profile.radius(0.125), -2.0);
+        for depth_fraction in [0.25, 0.5, 1.0] {
+            assert_eq!(profile.radius(depth_fraction), -1.0);
+        }
+        assert_eq!(profile.largest_radius(), -1.0);
+    }
 }

@@ -70,6 +70,7 @@ fn any_perpendicular(n: Vec3) -> Vec3 {
 }
 
 #[cfg(test)]
+#[allow(clippy::disallowed_methods)] // Never compiled for a device.
 mod tests {
     use super::*;
     use crate::layout::Corner;
@@ -111,5 +112,76 @@ mod tests {
             prop_assert!((surface.bitangent.length() - 1.0).abs() < 1e-5);
             prop_assert!(surface.gradient_u.dot(surface.normal).abs() < 1e-5);
         }
+    }
+
+    fn at(weights: [Real; 3]) -> FacetHit {
+        FacetHit {
+            hit: true,
+            t: 1.0,
+            weights: vec3(weights),
+            normal: Vec3::new(0.0, 0.0, 5.0),
+        }
+    }
+
+    #[test]
+    fn a_corner_is_reproduced() {
+        let mut triangle = sphere_triangle([Vec3::X, Vec3::Y, Vec3::Z], 2.0);
+        for (i, corner) in triangle.corners.iter_mut().enumerate() {
+            corner.uv = [i as f32, 1.0 - i as f32];
+            corner.quadric = [i as f32, -1.0, 0.5];
+        }
+        let surface = interpolate(&triangle, &at([0.0, 1.0, 0.0]));
+        assert_eq!(surface.normal, Vec3::Y);
+        assert_eq!(surface.uv, Vec2::new(1.0, 0.0));
+        assert_eq!(surface.quadric, Vec3::new(1.0, -1.0, 0.5));
+        // Exactly at a corner the facet lies on the surface.
+        assert!(surface.facet_depth.abs() < 1e-6);
+        // ∇v = (0, 1, 0) stands upright here, and is pressed into the surface.
+        assert_eq!(surface.gradient_u, Vec3::X);
+        assert_eq!(surface.gradient_v, Vec3::ZERO);
+    }
+
+    #[test]
+    fn handedness_turns_the_bitangent() {
+        let mut triangle = sphere_triangle([Vec3::Z; 3], 1.0);
+        let right = interpolate(&triangle, &at([0.2, 0.3, 0.5])).bitangent;
+        triangle.handedness = -1.0;
+        let left = interpolate(&triangle, &at([0.2, 0.3, 0.5])).bitangent;
+        assert_eq!(right, -left);
+        assert!((right - Vec3::Z.cross(any_perpendicular(Vec3::Z))).length() < 1e-6);
+    }
+
+    #[test]
+    fn normals_and_tangents_that_cancel_have_a_replacement() {
+        let mut triangle = sphere_triangle([Vec3::X, Vec3::NEG_X, Vec3::Y], 1.0);
+        triangle.corners[1].tangent = (-vec3(triangle.corners[0].tangent)).to_array();
+        let surface = interpolate(&triangle, &at([0.5, 0.5, 0.0]));
+        // The facet's own normal.
+        assert_eq!(surface.normal, Vec3::Z);
+        assert!((surface.tangent.length() - 1.0).abs() < 1e-6);
+        assert!(surface.tangent.dot(surface.normal).abs() < 1e-6);
+        for n in [Vec3::X, Vec3::Y, Vec3::Z, -Vec3::X, vec3([0.6, 0.0, 0.8])] {
+            let perpendicular = any_perpendicular(n);
+            assert!((perpendicular.length() - 1.0).abs() < 1e-6);
+            assert!(perpendicular.dot(n).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn the_depth_of_a_hollow_facet_is_negative_and_of_a_flat_one_zero() {
+        let unit = |x: Real, y: Real| normalize_or(Vec3::new(x, y, 1.0), Vec3::Z);
+        let mut triangle = sphere_triangle([unit(0.0, 0.0), unit(0.2, 0.0), unit(0.0, 0.2)], 1.0);
+        let middle = at([0.4, 0.3, 0.3]);
+        let convex = interpolate(&triangle, &middle).facet_depth;
+        assert!(convex > 0.001);
+        // The same facet with normals that point to the centre.
+        for corner in &mut triangle.corners {
+            corner.normal = corner.normal.map(|n| -n);
+        }
+        assert!((interpolate(&triangle, &middle).facet_depth + convex).abs() < 1e-6);
+        for corner in &mut triangle.corners {
+            corner.normal = [0.0, 0.0, 1.0];
+        }
+        assert!(interpolate(&triangle, &middle).facet_depth.abs() < 1e-6);
     }
 }

@@ -1,7 +1,7 @@
 //! `relievo bake`.
 
-use super::BakeArguments;
 use super::progress::Bar;
+use super::{BakeArguments, say};
 use relievo::Error;
 use relievo::shape_map::{Pattern, PatternOptions, Storage, bake};
 use std::time::Instant;
@@ -27,7 +27,7 @@ pub fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
     };
     let seconds = start.elapsed().as_secs_f64();
     map.save_png(&arguments.output).map_err(Error::from)?;
-    println!(
+    say(format_args!(
         "{}: {} × {} texels, {} bits, distances from {} to {} texels in steps of {}{}, baked in {seconds:.3} s",
         arguments.output.display(),
         map.width(),
@@ -41,6 +41,6 @@ pub fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
         } else {
             ""
         },
-    );
+    ))?;
     Ok(())
 }

@@ -1,7 +1,7 @@
 //! `relievo bench`.
 
-use super::BenchArguments;
 use super::session::load;
+use super::{BenchArguments, say};
 use relievo::Error;
 use relievo::render::gpu::choose;
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
@@ -10,14 +10,14 @@ use std::time::Instant;
 pub fn run(arguments: &BenchArguments) -> anyhow::Result<()> {
     let loaded = load(&arguments.scene, arguments.size)?;
     let scene = &loaded.prepared;
-    println!(
+    say(format_args!(
         "{}: {} × {} pixels, {} triangles; prepared in {:.1} ms",
         arguments.scene.display(),
         scene.size[0],
         scene.size[1],
         scene.triangle_count(),
         1e3 * scene.preparation.as_secs_f64()
-    );
+    ))?;
     let mut cpu = CpuRenderer::new(scene);
     let mut gpu = match choose(arguments.adapter.as_deref()) {
         Ok(found) => Some(GpuRenderer::new(scene, &found).map_err(Error::from)?),
@@ -40,21 +40,20 @@ pub fn run(arguments: &BenchArguments) -> anyhow::Result<()> {
             gpu_times.push(1e3 * gpu_time.as_secs_f64());
         }
     }
-    report(&cpu.name(), &mut cpu_times);
+    report(&cpu.name(), &mut cpu_times)?;
     match &gpu {
         Some(gpu) => report(&gpu.name(), &mut gpu_times),
-        None => println!("no GPU adapter"),
+        None => say(format_args!("no GPU adapter")),
     }
-    Ok(())
 }
 
-fn report(name: &str, times: &mut [f64]) {
+fn report(name: &str, times: &mut [f64]) -> anyhow::Result<()> {
     times.sort_by(f64::total_cmp);
-    println!(
+    say(format_args!(
         "{name}: median {:.2} ms a frame, from {:.2} to {:.2}, {} frames",
         times[times.len() / 2],
         times[0],
         times[times.len() - 1],
         times.len()
-    );
+    ))
 }

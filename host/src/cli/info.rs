@@ -1,21 +1,21 @@
 //! `relievo info`.
 
-use super::InfoArguments;
 use super::session::{Loaded, load};
+use super::{InfoArguments, say};
 use relievo::render::gpu::adapters;
 use std::mem::size_of_val;
 
 pub fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
     if let Some(path) = &arguments.scene {
         let loaded = load(path, None)?;
-        show(&loaded);
+        show(&loaded)?;
     }
     let all = adapters();
     if all.is_empty() {
-        println!("adapters: none");
+        say(format_args!("adapters: none"))?;
     }
     for found in all {
-        println!(
+        say(format_args!(
             "adapter: {}{}, shaders {}",
             found.describe(),
             if found.is_software() {
@@ -28,21 +28,21 @@ pub fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
             } else {
                 "through naga"
             },
-        );
+        ))?;
     }
     Ok(())
 }
 
-fn show(Loaded { scene, prepared }: &Loaded) {
-    println!("scene: {}", scene.path.display());
-    println!(
+fn show(Loaded { scene, prepared }: &Loaded) -> anyhow::Result<()> {
+    say(format_args!("scene: {}", scene.path.display()))?;
+    say(format_args!(
         "picture: {} × {} pixels, {} sample(s) a pixel",
         scene.size[0],
         scene.size[1],
         scene.supersampling.pow(2)
-    );
+    ))?;
     let camera = &prepared.camera;
-    println!(
+    say(format_args!(
         "camera: eye {:.4?}, target {:.4?}, up {:?}, {}° field of view{}",
         camera.eye,
         camera.target,
@@ -53,27 +53,27 @@ fn show(Loaded { scene, prepared }: &Loaded) {
         } else {
             ""
         }
-    );
+    ))?;
     for (object, prepared) in scene.objects.iter().zip(&prepared.objects) {
         let (mesh, map) = (&prepared.mesh, &prepared.map);
         let report = &mesh.report;
-        println!("object {:?}:", object.name);
-        println!(
+        say(format_args!("object {:?}:", object.name))?;
+        say(format_args!(
             "  mesh {}: {} triangles, {} positions, {} bytes for the renderer",
             object.mesh.display(),
             mesh.triangles.len(),
             mesh.position_count,
             size_of_val(prepared.triangles.as_slice())
-        );
-        println!(
+        ))?;
+        say(format_args!(
             "    from {:.4?} to {:.4?}",
             mesh.bounds.min.to_array(),
             mesh.bounds.max.to_array()
-        );
-        println!(
+        ))?;
+        say(format_args!(
             "    principal curvatures from {:.4} to {:.4} per unit",
             report.smallest_curvature, report.largest_curvature
-        );
+        ))?;
         let remarks = [
             (
                 report.skipped_degenerate > 0,
@@ -93,9 +93,9 @@ fn show(Loaded { scene, prepared }: &Loaded) {
             ),
         ];
         for (_, remark) in remarks.iter().filter(|(applies, _)| *applies) {
-            println!("    {remark}");
+            say(format_args!("    {remark}"))?;
         }
-        println!(
+        say(format_args!(
             "  shape {}: {} × {} texels of {} bits, {} bytes, distances from {} to {} texels in steps of {}",
             object.shape.display(),
             map.width(),
@@ -105,9 +105,9 @@ fn show(Loaded { scene, prepared }: &Loaded) {
             map.min_distance(),
             map.max_distance(),
             map.step()
-        );
+        ))?;
         let parameters = &prepared.parameters;
-        println!(
+        say(format_args!(
             "  extrusion: repeat {:?}, depth {}, e {}, b {}, c {}, {:?}, {} steps and {} bisections{}",
             object.repeat,
             parameters.depth,
@@ -118,7 +118,10 @@ fn show(Loaded { scene, prepared }: &Loaded) {
             parameters.linear_steps,
             parameters.binary_steps,
             if object.cut_out { ", cut out" } else { "" }
-        );
+        ))?;
     }
-    println!("prepared in {:.3} s", prepared.preparation.as_secs_f64());
+    say(format_args!(
+        "prepared in {:.3} s",
+        prepared.preparation.as_secs_f64()
+    ))
 }

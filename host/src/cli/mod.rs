@@ -8,7 +8,11 @@ mod render;
 mod session;
 mod verify;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use anyhow::Context;
+use clap::error::ErrorKind;
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use std::fmt;
+use std::io::{self, Write};
 use std::path::PathBuf;
 use std::process::ExitCode;
 use tracing::Level;
@@ -113,7 +117,7 @@ struct VerifyArguments {
     #[arg(long)]
     naga: bool,
     /// Fail (exit code 1) where more than this share of the pixels differs
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0)]
+    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = parse_share)]
     tolerate: f64,
 }
 
@@ -146,7 +150,15 @@ pub fn run(arguments: Arguments) -> ExitCode {
         .with_target(false)
         .init();
     let result = match arguments.command {
-        Command::Render(arguments) => render::run(&arguments),
+        Command::Render(arguments) => {
+            if arguments.backend == Backend::Cpu && arguments.adapter.is_some() {
+                let message = "--adapter names a GPU; leave it out, or leave out --backend cpu";
+                Arguments::command()
+                    .error(ErrorKind::ArgumentConflict, message)
+                    .exit();
+            }
+            render::run(&arguments)
+        }
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
@@ -155,12 +167,33 @@ pub fn run(arguments: Arguments) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
-            eprintln!("error: {error:#}");
+            // Nobody may be listening; the exit code tells as well.
+            let _ = writeln!(io::stderr(), "error: {}", describe(&error));
             let machine = error
                 .downcast_ref::<relievo::Error>()
                 .is_some_and(relievo::Error::is_machine);
             ExitCode::from(if machine { 3 } else { 1 })
         }
+    }
+}
+
+/// The error with its causes, less those that it tells itself.
+fn describe(error: &anyhow::Error) -> String {
+    let mut text = error.to_string();
+    for cause in error.chain().skip(1).map(ToString::to_string) {
+        if !text.contains(&cause) {
+            text = format!("{text}: {cause}");
+        }
+    }
+    text
+}
+
+/// Writes a line to standard output. A reader that has gone away, as in
+/// `relievo info | head -1`, wants no more of it and is no error.
+fn say(line: fmt::Arguments<'_>) -> anyhow::Result<()> {
+    match writeln!(io::stdout(), "{line}") {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result.context("cannot write to standard output"),
     }
 }
 
@@ -179,10 +212,17 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     Ok([side(width)?, side(height)?])
 }
 
+/// A share of a whole, 0…1.
+fn parse_share(text: &str) -> Result<f64, String> {
+    text.parse()
+        .ok()
+        .filter(|share| (0.0..=1.0).contains(share))
+        .ok_or_else(|| "a share goes from 0 to 1".to_string())
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use clap::CommandFactory;
 
     #[test]
     fn the_command_line_is_consistent() {

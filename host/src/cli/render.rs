@@ -1,7 +1,7 @@
 //! `relievo render`.
 
-use super::RenderArguments;
 use super::session::{Loaded, choose_renderer, load};
+use super::{RenderArguments, say};
 use relievo::Error;
 use relievo::aov::save_exr;
 use relievo::picture::Picture;
@@ -13,11 +13,12 @@ pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
     let (mut renderer, line) =
         choose_renderer(arguments.backend, arguments.adapter.as_deref(), &prepared)
             .map_err(Error::from)?;
-    println!("{line}");
+    say(format_args!("{line}"))?;
 
     let output = arguments.output.clone().unwrap_or_else(|| {
-        let stem = arguments.scene.file_stem().unwrap_or_default();
-        PathBuf::from(stem).with_extension("png")
+        let mut name = arguments.scene.file_stem().unwrap_or_default().to_owned();
+        name.push(".png");
+        PathBuf::from(name)
     });
     let factor = prepared.supersampling;
     let start = Instant::now();
@@ -30,12 +31,12 @@ pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
         &output,
         &[("Software", software), ("relievo-scene", &scene.text)],
     )?;
-    println!("{}", output.display());
+    say(format_args!("{}", output.display()))?;
 
     if let Some(path) = &arguments.aov {
         let words = renderer.geometry(&prepared.frame).map_err(Error::from)?;
         save_exr(path, &words, &scene, &prepared)?;
-        println!("{}", path.display());
+        say(format_args!("{}", path.display()))?;
     }
     Ok(())
 }

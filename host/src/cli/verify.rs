@@ -1,7 +1,7 @@
 //! `relievo verify`.
 
-use super::VerifyArguments;
 use super::session::load;
+use super::{VerifyArguments, say};
 use anyhow::bail;
 use relievo::Error;
 use relievo::prepare::PreparedScene;
@@ -16,7 +16,7 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
     } else {
         ShaderPath::Naga
     };
-    println!(
+    say(format_args!(
         "{}, shaders {}, against the CPU",
         found.describe(),
         if path == ShaderPath::Passthrough {
@@ -24,12 +24,16 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
         } else {
             "through naga"
         }
-    );
+    ))?;
     let mut failed = Vec::new();
     for scene in &arguments.scenes {
         let loaded = load(scene, arguments.size)?;
         let agreement = agreement(&loaded.prepared, &found, path).map_err(Error::from)?;
-        println!("{}: {}", scene.display(), describe(&agreement));
+        say(format_args!(
+            "{}: {}",
+            scene.display(),
+            describe(&agreement)
+        ))?;
         if agreement.color_pixels as f64 > arguments.tolerate * agreement.pixels as f64 {
             failed.push(scene.display().to_string());
         }

@@ -7,9 +7,8 @@
 //! not at a pole, where each triangle's u runs another way, and not where two
 //! charts of an atlas meet.
 
-use super::prepare::uv_gradients;
-use super::surface::{Surface, area_normal};
-use glam::DVec3;
+use super::surface::{DEGENERATE_AREA, Surface, area_normal};
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 /// ∇u and ∇v, repeats per object unit, orthogonal to the corner's normal.
@@ -112,4 +111,27 @@ fn tilt(gradient: DVec3, normal: DVec3, facet_normal: DVec3) -> DVec3 {
 fn alike(a: DVec3, b: DVec3) -> bool {
     let longer = a.length_squared().max(b.length_squared());
     a.distance_squared(b) <= ALIKE * ALIKE * longer
+}
+
+/// Surface gradients of u and v over a triangle, in repeats per object unit;
+/// zero if the texture coordinates have no area.
+fn uv_gradients(corners: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
+    let (uv1, uv2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
+    let longest = uv1
+        .length_squared()
+        .max(uv2.length_squared())
+        .max(uv1.distance_squared(uv2));
+    let area = 0.5 * uv1.perp_dot(uv2).abs();
+    if area <= DEGENERATE_AREA * longest {
+        return [DVec3::ZERO; 2];
+    }
+    // The reciprocal basis of the two edges in the plane of the triangle.
+    let (edge1, edge2) = (corners[1] - corners[0], corners[2] - corners[0]);
+    let normal = area_normal(corners);
+    let reciprocal1 = edge2.cross(normal) / normal.length_squared();
+    let reciprocal2 = normal.cross(edge1) / normal.length_squared();
+    [
+        uv1.x * reciprocal1 + uv2.x * reciprocal2,
+        uv1.y * reciprocal1 + uv2.y * reciprocal2,
+    ]
 }

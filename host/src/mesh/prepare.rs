@@ -9,14 +9,10 @@ use super::curvature::{Quadric, quadrics};
 use super::error::MeshError;
 use super::gradients::{Gradients, corner_gradients};
 use super::obj::{Corner, SourceMesh};
-use super::surface::{Face, Surface, area_normal};
+use super::surface::{DEGENERATE_AREA, Face, Surface, area_normal};
 use super::tangents::{TangentFrame, tangent_frames};
 use super::weld::weld;
 use super::{Bounds, Mesh, MeshCorner, MeshOptions, MeshReport, MeshTriangle, normals};
-
-/// A triangle is degenerate up to this area, in squares of its longest edge
-/// (algorithm.md, section 5).
-const DEGENERATE_AREA: f64 = 1e-12;
 
 /// Range of the bounding box's diagonal and reach, in object units.
 const SMALLEST_SIZE: f64 = 1e-12;
@@ -220,27 +216,4 @@ fn assemble(
             MeshTriangle { corners }
         })
         .collect()
-}
-
-/// Surface gradients of u and v over a triangle, in repeats per object unit;
-/// zero if the texture coordinates have no area.
-pub(super) fn uv_gradients(corners: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
-    let (uv1, uv2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
-    let longest = uv1
-        .length_squared()
-        .max(uv2.length_squared())
-        .max(uv1.distance_squared(uv2));
-    let area = 0.5 * uv1.perp_dot(uv2).abs();
-    if area <= DEGENERATE_AREA * longest {
-        return [DVec3::ZERO; 2];
-    }
-    // The reciprocal basis of the two edges in the plane of the triangle.
-    let (edge1, edge2) = (corners[1] - corners[0], corners[2] - corners[0]);
-    let normal = area_normal(corners);
-    let reciprocal1 = edge2.cross(normal) / normal.length_squared();
-    let reciprocal2 = normal.cross(edge1) / normal.length_squared();
-    [
-        uv1.x * reciprocal1 + uv2.x * reciprocal2,
-        uv1.y * reciprocal1 + uv2.y * reciprocal2,
-    ]
 }

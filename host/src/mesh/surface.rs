@@ -2,6 +2,10 @@
 
 use glam::{DVec2, DVec3};
 
+/// A triangle is degenerate up to this area, in squares of its longest edge
+/// (algorithm.md, section 5).
+pub(super) const DEGENERATE_AREA: f64 = 1e-12;
+
 /// A triangle on its way to a [`super::MeshTriangle`].
 #[derive(Clone, Debug)]
 pub(super) struct Face {

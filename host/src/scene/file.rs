@@ -107,17 +107,27 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         source,
     };
     let metadata = std::fs::metadata(path).map_err(read)?;
+    let no_scene = |problem| SceneError::NotAScene {
+        path: path.to_path_buf(),
+        problem,
+    };
     if !metadata.is_file() {
-        return Err(read(std::io::Error::other("it is not a regular file")));
+        let problem = "it is a folder or a device; name a TOML file".to_string();
+        return Err(no_scene(problem));
     }
     if metadata.len() > LARGEST_FILE {
-        return Err(read(std::io::Error::other(format!(
+        return Err(no_scene(format!(
             "it has {} bytes; a scene file has at most {LARGEST_FILE}",
             metadata.len()
-        ))));
+        )));
     }
-    let text = std::fs::read_to_string(path).map_err(read)?;
-    parse(&text, path)
+    let bytes = std::fs::read(path).map_err(read)?;
+    let text = std::str::from_utf8(&bytes).map_err(|error| {
+        let valid = &bytes[..error.valid_up_to()];
+        let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
+        no_scene(format!("line {line} is not UTF-8 text; save it as UTF-8"))
+    })?;
+    parse(text, path)
 }
 
 pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {

@@ -21,12 +21,20 @@ pub const LARGEST_STEPS: u32 = 65_536;
 #[derive(Debug, thiserror::Error)]
 pub enum SceneError {
     /// The file could not be read.
-    #[error("cannot read the scene file {path}: {source}")]
+    #[error("cannot read the scene file {path}: {source}; check the path and its permissions")]
     Read {
         /// The scene file.
         path: PathBuf,
         /// Why.
         source: std::io::Error,
+    },
+    /// The path names something else than a text file of a sensible size.
+    #[error("{path} is not a scene file: {problem}")]
+    NotAScene {
+        /// What was to be the scene file.
+        path: PathBuf,
+        /// What is wrong, and what would be right.
+        problem: String,
     },
     /// The file is not TOML, or has unknown keys or values of a wrong type.
     #[error("{path}: {message}")]
