@@ -1,1 +1,518 @@
-//! To come.
+//! The f32 arithmetic against its judge: the same files compiled in f64 get the
+//! same inputs, and what comes out may differ by rounding only.
+//!
+//! The domain is well conditioned: triangles of a sphere that span some
+//! degrees, seen from a few radii away, not from the side. A perturbation of
+//! 1e-3 on the side of f64 must be seen by every comparison.
+
+use relievo_shared as single;
+use relievo_shared_f64 as double;
+use single::path::Path as _;
+use std::collections::BTreeMap;
+
+type Triangle = single::layout::Triangle;
+type Object = single::layout::Object;
+type Frame = single::layout::Frame;
+
+/// What is compared, and the largest difference allowed: relative to the size
+/// of the values, and about four times the worst that was measured.
+const BOUNDS: [(&str, f64); 14] = [
+    ("facet: distance", 1.5e-6),
+    ("facet: weights", 1.6e-5),
+    ("surface: normal, tangent, bitangent", 1e-6),
+    ("surface: quadric, uv, gradients", 7e-7),
+    ("surface: facet depth", 2.5e-7),
+    ("path: entry, slope, bend, end", 3e-5),
+    ("path: texture coordinates", 5e-7),
+    ("path: depth fraction", 1e-6),
+    ("shape map: distance", 1.5e-7),
+    ("shape map: gradient", 2.5e-6),
+    ("traced ray: distance", 8e-6),
+    ("traced ray: depth fraction", 2.5e-4),
+    ("traced ray: normal", 6e-5),
+    ("traced ray: colour", 1.5e-5),
+];
+/// The search of the traced rays.
+const SEARCH: u32 = single::layout::SEARCH_EXTRUSION;
+/// Of the traced rays, so many may meet another part of the pattern, because
+/// they pass an edge of it by less than a rounding error.
+const STRAYS: f64 = 2e-3;
+
+fn wide<const N: usize>(a: [f32; N]) -> [f64; N] {
+    a.map(f64::from)
+}
+
+fn wide_triangle(triangle: &Triangle) -> double::layout::Triangle {
+    double::layout::Triangle {
+        corners: triangle.corners.map(|corner| double::layout::Corner {
+            position: wide(corner.position),
+            normal: wide(corner.normal),
+            tangent: wide(corner.tangent),
+            uv: wide(corner.uv),
+            quadric: wide(corner.quadric),
+            gradient_u: wide(corner.gradient_u),
+            gradient_v: wide(corner.gradient_v),
+        }),
+        handedness: f64::from(triangle.handedness),
+    }
+}
+
+fn wide_object(object: &Object) -> double::layout::Object {
+    double::layout::Object {
+        map_size: wide(object.map_size),
+        map_step: f64::from(object.map_step),
+        map_quantum: f64::from(object.map_quantum),
+        depth: f64::from(object.depth),
+        extension: f64::from(object.extension),
+        bevel: f64::from(object.bevel),
+        chamfer: f64::from(object.chamfer),
+        specular: f64::from(object.specular),
+        cap_color: wide(object.cap_color),
+        wall_color: wide(object.wall_color),
+        bevel_color: wide(object.bevel_color),
+        floor_color: wide(object.floor_color),
+        shininess: object.shininess,
+        tier: object.tier,
+        cut_out: object.cut_out,
+        linear_steps: object.linear_steps,
+        binary_steps: object.binary_steps,
+        map_bias: object.map_bias,
+        map_packing: object.map_packing,
+        map_format: object.map_format,
+        search: object.search,
+        self_shadow: object.self_shadow,
+    }
+}
+
+fn wide_frame(frame: &Frame) -> double::layout::Frame {
+    double::layout::Frame {
+        eye: wide(frame.eye),
+        near: f64::from(frame.near),
+        right: wide(frame.right),
+        up: wide(frame.up),
+        forward: wide(frame.forward),
+        ray_first: wide(frame.ray_first),
+        ray_right: wide(frame.ray_right),
+        ray_down: wide(frame.ray_down),
+        light_direction: wide(frame.light_direction),
+        light_color: wide(frame.light_color),
+        ambient: wide(frame.ambient),
+        size: wide(frame.size),
+    }
+}
+
+fn wide_surface(surface: &single::surface::Surface) -> double::surface::Surface {
+    double::surface::Surface {
+        normal: surface.normal.as_dvec3(),
+        tangent: surface.tangent.as_dvec3(),
+        bitangent: surface.bitangent.as_dvec3(),
+        quadric: surface.quadric.as_dvec3(),
+        uv: surface.uv.as_dvec2(),
+        gradient_u: surface.gradient_u.as_dvec3(),
+        gradient_v: surface.gradient_v.as_dvec3(),
+        facet_depth: f64::from(surface.facet_depth),
+    }
+}
+
+/// Numbers that look random and are the same in every run (splitmix64).
+struct Random(u64);
+
+impl Random {
+    fn within(&mut self, low: f64, high: f64) -> f64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        let z = z ^ (z >> 31);
+        low + (high - low) * (z >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn vector(&mut self, size: f64) -> glam::DVec3 {
+        let mut number = || self.within(-size, size);
+        glam::DVec3::new(number(), number(), number())
+    }
+}
+
+/// A frame, an object with its map, a triangle, and a ray that meets it.
+struct Case {
+    frame: Frame,
+    object: Object,
+    words: Vec<u32>,
+    triangle: Triangle,
+    direction: single::Vec3,
+}
+
+/// Texels per step of the map's codes, and the code of distance 0.
+const STEP: f32 = 1.0 / 256.0;
+const BIAS: u32 = 1 << 15;
+
+/// A disc in 32 × 32 texels, by the closed form, in codes of 16 bits.
+fn disc() -> Vec<u32> {
+    let code = |i: u32| {
+        let (x, y) = (f64::from(i % 32) - 15.5, f64::from(i / 32) - 15.5);
+        let steps = ((x.hypot(y) - 9.3) / f64::from(STEP)).floor();
+        (steps + f64::from(BIAS)) as u32
+    };
+    (0..32 * 16)
+        .map(|i| code(2 * i) | code(2 * i + 1) << 16)
+        .collect()
+}
+
+impl Case {
+    fn random(random: &mut Random) -> Case {
+        let radius = random.within(0.5, 2.0);
+        let narrow = |v: glam::DVec3| v.as_vec3().to_array();
+        let centre = random.vector(1.0).normalize();
+        let tangent = centre.any_orthonormal_vector();
+        let bitangent = centre.cross(tangent);
+        let spread = random.within(0.05, 0.2);
+        let turn = random.within(0.0, std::f64::consts::TAU);
+        let offset = random.vector(0.5);
+        let corner = |i: usize| {
+            let angle = turn + i as f64 * std::f64::consts::TAU / 3.0;
+            let (x, y) = (spread * angle.cos(), spread * angle.sin());
+            let normal = (centre + tangent * x + bitangent * y).normalize();
+            let flat = |v: glam::DVec3| v - normal * normal.dot(v);
+            single::layout::Corner {
+                position: narrow(normal * radius),
+                normal: narrow(normal),
+                tangent: narrow(flat(tangent).normalize()),
+                uv: [(x * 4.0 + offset.x) as f32, (y * 4.0 + offset.y) as f32],
+                quadric: [0.5 / radius as f32, 0.0, 0.5 / radius as f32],
+                gradient_u: narrow(flat(tangent) * (4.0 / radius)),
+                gradient_v: narrow(flat(bitangent) * (4.0 / radius)),
+            }
+        };
+        let triangle = Triangle {
+            corners: [corner(0), corner(1), corner(2)],
+            handedness: 1.0,
+        };
+        let weights = [
+            random.within(0.1, 1.0),
+            random.within(0.1, 1.0),
+            random.within(0.1, 1.0),
+        ];
+        let sum: f64 = weights.iter().sum();
+        let target: glam::DVec3 = (0..3)
+            .map(|i| glam::Vec3::from(triangle.corners[i].position).as_dvec3() * weights[i] / sum)
+            .sum();
+        let eye = centre * radius
+            + (centre + random.vector(0.5)).normalize() * radius * random.within(1.0, 4.0);
+        let forward = (target - eye).normalize();
+        let kind = random.within(0.0, 4.0) as u32;
+        Case {
+            frame: Frame {
+                eye: narrow(eye),
+                near: 1e-3,
+                forward: narrow(forward),
+                light_direction: narrow((centre + random.vector(0.5)).normalize()),
+                light_color: [1.0, 0.9, 0.8],
+                ambient: [0.2, 0.25, 0.3],
+                size: [640.0, 480.0],
+                ..Frame::default()
+            },
+            object: Object {
+                map_size: [32.0, 32.0],
+                map_step: STEP,
+                map_quantum: STEP,
+                depth: (random.within(0.02, 0.1) * radius) as f32,
+                extension: if kind == 1 { 0.04 } else { 0.0 },
+                bevel: if kind >= 2 { 0.12 } else { 0.0 },
+                chamfer: if kind == 3 { 0.4 } else { 1.0 },
+                specular: 0.3,
+                cap_color: [0.8, 0.7, 0.6],
+                wall_color: [0.5, 0.6, 0.7],
+                bevel_color: [0.4, 0.8, 0.5],
+                floor_color: [0.2, 0.2, 0.3],
+                shininess: 20,
+                tier: single::layout::TIER_FAST,
+                cut_out: 0,
+                linear_steps: 400,
+                binary_steps: 20,
+                map_bias: BIAS,
+                map_packing: 1,
+                map_format: single::layout::FORMAT_CODES,
+                search: single::layout::SEARCH_EXTRUSION,
+                self_shadow: 0,
+            },
+            words: disc(),
+            triangle,
+            direction: forward.as_vec3(),
+        }
+    }
+}
+
+/// The largest difference of each comparison.
+#[derive(Default)]
+struct Worst {
+    differences: BTreeMap<&'static str, f64>,
+    /// Traced rays by the class they meet.
+    classes: [u32; 5],
+    traced: u32,
+    strays: u32,
+}
+
+impl Worst {
+    /// Notes |found − expected| relative to `scale`.
+    fn note(&mut self, name: &'static str, found: f32, expected: f64, scale: f64) {
+        let difference = (f64::from(found) - expected).abs() / scale;
+        let worst = self.differences.entry(name).or_default();
+        // A NaN is larger than everything.
+        if difference.is_nan() || difference > *worst {
+            *worst = if difference.is_nan() {
+                f64::INFINITY
+            } else {
+                difference
+            };
+        }
+    }
+
+    /// Notes all components, relative to the length of `expected`, and to at least `least`.
+    fn note_all<const N: usize>(
+        &mut self,
+        name: &'static str,
+        found: [f32; N],
+        expected: [f64; N],
+        least: f64,
+    ) {
+        let length = expected.iter().map(|x| x * x).sum::<f64>().sqrt();
+        for i in 0..N {
+            self.note(name, found[i], expected[i], length.max(least));
+        }
+    }
+}
+
+/// Both sides of `count` random cases, where f64's inputs are off by `perturbation`, relative.
+fn worst_differences(count: u32, perturbation: f64) -> Worst {
+    let mut random = Random(1);
+    let mut worst = Worst::default();
+    let grown = 1.0 + perturbation;
+    for _ in 0..count {
+        let case = Case::random(&mut random);
+        let Case {
+            frame,
+            object,
+            triangle,
+            ..
+        } = &case;
+        let texels = &case.words[..];
+        let mut wide_frame = wide_frame(frame);
+        let mut wide_object = wide_object(object);
+        let mut wide_triangle = wide_triangle(triangle);
+        let wide_direction = case.direction.as_dvec3();
+        wide_frame.eye[0] *= grown;
+        wide_frame.light_color[0] *= grown;
+        wide_object.map_step *= grown;
+        for corner in &mut wide_triangle.corners {
+            corner.normal[0] *= grown;
+            corner.uv[0] *= grown;
+        }
+
+        // Each function on its own: f64 starts from what f32 starts from.
+        let facet = single::fragment::meet(frame, triangle, case.direction);
+        let wide_facet = double::fragment::meet(&wide_frame, &wide_triangle, wide_direction);
+        assert!(facet.hit && wide_facet.hit);
+        worst.note("facet: distance", facet.t, wide_facet.t, wide_facet.t);
+        worst.note_all(
+            "facet: weights",
+            facet.weights.to_array(),
+            wide_facet.weights.to_array(),
+            1.0,
+        );
+
+        let surface = single::surface::interpolate(triangle, &facet);
+        let same_facet = double::facet::FacetHit {
+            hit: true,
+            t: f64::from(facet.t),
+            weights: facet.weights.as_dvec3(),
+            normal: facet.normal.as_dvec3(),
+        };
+        let judged = double::surface::interpolate(&wide_triangle, &same_facet);
+        for (found, expected) in [
+            (surface.normal, judged.normal),
+            (surface.tangent, judged.tangent),
+            (surface.bitangent, judged.bitangent),
+        ] {
+            let name = "surface: normal, tangent, bitangent";
+            worst.note_all(name, found.to_array(), expected.to_array(), 1.0);
+        }
+        for (found, expected) in [
+            (surface.quadric, judged.quadric),
+            (surface.uv.extend(0.0), judged.uv.extend(0.0)),
+            (surface.gradient_u, judged.gradient_u),
+            (surface.gradient_v, judged.gradient_v),
+        ] {
+            let name = "surface: quadric, uv, gradients";
+            worst.note_all(name, found.to_array(), expected.to_array(), 1.0);
+        }
+        // The depth is a difference of products as large as the facet's side.
+        let side = glam::Vec3::from(triangle.corners[0].position)
+            .distance(glam::Vec3::from(triangle.corners[1].position));
+        worst.note(
+            "surface: facet depth",
+            surface.facet_depth,
+            judged.facet_depth,
+            f64::from(side),
+        );
+
+        let path = single::path::QuadraticPath::new(
+            &surface,
+            case.direction,
+            facet.t,
+            object.depth,
+            object.tier,
+        );
+        let mut same_surface = wide_surface(&surface);
+        same_surface.facet_depth *= grown;
+        same_surface.quadric *= grown;
+        same_surface.uv *= grown;
+        let judged = double::path::QuadraticPath::new(
+            &same_surface,
+            wide_direction,
+            f64::from(facet.t),
+            wide_object.depth,
+            object.tier,
+        );
+        for (found, expected, scale) in [
+            (path.entry_t, judged.entry_t, judged.entry_t),
+            (path.slope, judged.slope, 1.0),
+            (path.bend, judged.bend, judged.bend),
+            (
+                path.end(),
+                double::path::Path::end(&judged),
+                wide_object.depth,
+            ),
+        ] {
+            worst.note("path: entry, slope, bend, end", found, expected, scale);
+        }
+        assert_eq!(
+            path.ends_on_floor(),
+            double::path::Path::ends_on_floor(&judged)
+        );
+        for fraction in [0.0, 0.3, 0.7, 1.0] {
+            let s = path.end() * fraction;
+            let wide_s = f64::from(s);
+            let expected = double::path::Path::uv(&judged, wide_s);
+            let name = "path: texture coordinates";
+            worst.note_all(name, path.uv(s).to_array(), expected.to_array(), 1.0);
+            let expected = double::path::Path::depth_fraction(&judged, wide_s);
+            let name = "path: depth fraction";
+            worst.note(name, path.depth_fraction(s), expected, 1.0);
+        }
+
+        let map = single::shape_map::ShapeMap::new(object);
+        let wide_map = double::shape_map::ShapeMap::new(&wide_object);
+        let uv = path.uv(0.5 * path.end());
+        let found = map.distance(texels, uv);
+        let expected = wide_map.distance(texels, uv.as_dvec2());
+        // In texels: the map is 32 of them.
+        worst.note("shape map: distance", found, expected, 32.0);
+        let found = map.gradient(texels, uv).to_array();
+        let expected = wide_map.gradient(texels, uv.as_dvec2()).to_array();
+        worst.note_all("shape map: gradient", found, expected, 1.0);
+
+        // The whole ray: each side goes on with its own numbers.
+        let entry = single::fragment::enter(object, triangle, case.direction, &facet);
+        let wide_entry =
+            double::fragment::enter(&wide_object, &wide_triangle, wide_direction, &wide_facet);
+        if !entry.path.enters || !wide_entry.path.enters {
+            assert_eq!(entry.path.enters, wide_entry.path.enters);
+            continue;
+        }
+        let hit =
+            single::fragment::trace::<SEARCH, _>(frame, object, texels, case.direction, &entry);
+        let judged = double::fragment::trace::<SEARCH, _>(
+            &wide_frame,
+            &wide_object,
+            texels,
+            wide_direction,
+            &wide_entry,
+        );
+        worst.traced += 1;
+        let apart = (f64::from(hit.s) - judged.s).abs();
+        if hit.class != judged.class || apart > 0.02 * wide_object.depth {
+            worst.strays += 1;
+            continue;
+        }
+        worst.classes[hit.class as usize] += 1;
+        if hit.class == single::normals::CLASS_MISS {
+            continue;
+        }
+        worst.note("traced ray: distance", hit.t, judged.t, judged.t);
+        worst.note(
+            "traced ray: depth fraction",
+            hit.depth_fraction,
+            judged.depth_fraction,
+            1.0,
+        );
+        let normals = single::fragment::normals(object, texels, case.direction, &entry, &hit);
+        let wide_normals =
+            double::fragment::normals(&wide_object, texels, wide_direction, &wide_entry, &judged);
+        worst.note_all(
+            "traced ray: normal",
+            normals.carved.to_array(),
+            wide_normals.carved.to_array(),
+            1.0,
+        );
+        let color = single::fragment::color::<false, _>(
+            frame,
+            object,
+            texels,
+            case.direction,
+            &entry,
+            &hit,
+        );
+        let expected = double::fragment::color::<false, _>(
+            &wide_frame,
+            &wide_object,
+            texels,
+            wide_direction,
+            &wide_entry,
+            &judged,
+        );
+        worst.note_all(
+            "traced ray: colour",
+            color.to_array(),
+            expected.to_array(),
+            1.0,
+        );
+    }
+    worst
+}
+
+fn report(worst: &Worst) -> String {
+    let mut text = format!(
+        "{} of {} traced rays stray, {:?} by class\n",
+        worst.strays, worst.traced, worst.classes
+    );
+    for (name, bound) in BOUNDS {
+        text += &format!("{:9.2e} of {bound:.1e}  {name}\n", worst.differences[name]);
+    }
+    text
+}
+
+#[test]
+fn f32_differs_from_f64_by_rounding_only() {
+    let worst = worst_differences(20_000, 0.0);
+    let text = report(&worst);
+    println!("{text}");
+    assert_eq!(worst.differences.len(), BOUNDS.len());
+    // Caps, walls, bevels and floors are all there.
+    assert!(worst.classes[1..].iter().all(|&n| n > 500), "{text}");
+    for (name, bound) in BOUNDS {
+        assert!(worst.differences[name] <= bound, "{name}:\n{text}");
+    }
+    assert!(
+        f64::from(worst.strays) <= STRAYS * f64::from(worst.traced),
+        "{text}"
+    );
+}
+
+#[test]
+fn every_comparison_sees_a_perturbed_input() {
+    let worst = worst_differences(2_000, 1e-3);
+    let text = report(&worst);
+    println!("{text}");
+    for (name, bound) in BOUNDS {
+        assert!(worst.differences[name] > 4.0 * bound, "{name}:\n{text}");
+    }
+}

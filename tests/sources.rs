@@ -1,1 +1,465 @@
-//! To come.
+//! What the sources promise and a compiler cannot check: the shared
+//! mathematics uses no operation that devices round differently, and the
+//! committed shaders are made of the sources as they are.
+
+use proc_macro2::{Span, TokenStream, TokenTree};
+use relievo_shader_manifest::{MANIFEST_FILE, Manifest, SHADER_FOLDER, digest, source_digests};
+use relievo_tests::root;
+use std::collections::BTreeMap;
+use std::path::Path;
+use syn::visit::{self, Visit};
+
+/// Methods, and functions of the number and vector types, whose results are
+/// not the same on every device (see the docs of `shared/src/lib.rs`).
+const FORBIDDEN_FUNCTIONS: [&str; 51] = [
+    "acos",
+    "acosh",
+    "asin",
+    "asinh",
+    "atan",
+    "atan2",
+    "atanh",
+    "cbrt",
+    "clamp",
+    "copysign",
+    "cos",
+    "cosh",
+    "distance_squared",
+    "div_euclid",
+    "exp",
+    "exp2",
+    "exp_m1",
+    "fract",
+    "hypot",
+    "is_nan",
+    "length",
+    "length_recip",
+    "length_squared",
+    "lerp",
+    "ln",
+    "ln_1p",
+    "log",
+    "log10",
+    "log2",
+    "max",
+    "min",
+    "mul_add",
+    "normalize",
+    "normalize_or",
+    "normalize_or_zero",
+    "powf",
+    "powi",
+    "recip",
+    "reflect",
+    "refract",
+    "rem_euclid",
+    "round",
+    "round_ties_even",
+    "sin",
+    "sin_cos",
+    "sinh",
+    "sqrt",
+    "tan",
+    "tanh",
+    "try_normalize",
+    "checked_div",
+];
+/// Types whose functions are looked at when they are called by path.
+const NUMBER_TYPES: [&str; 9] = [
+    "f32", "f64", "Real", "Vec2", "Vec3", "DVec2", "DVec3", "glam", "core",
+];
+/// The file that may divide, and in which function, and may call libm.
+const ARITHMETIC: &str = "arithmetic.rs";
+const DIVIDING_FUNCTION: &str = "div";
+
+/// Scans one file; finds each forbidden thing as "file:line: what".
+struct Scanner<'a> {
+    file: &'a str,
+    may_divide: bool,
+    findings: Vec<String>,
+}
+
+impl Scanner<'_> {
+    fn scan(file: &str, text: &str) -> Vec<String> {
+        let parsed = match syn::parse_file(text) {
+            Ok(parsed) => parsed,
+            Err(error) => {
+                let line = error.span().start().line;
+                return vec![format!("{file}:{line}: cannot be parsed: {error}")];
+            }
+        };
+        let mut scanner = Scanner {
+            file,
+            may_divide: false,
+            findings: Vec::new(),
+        };
+        scanner.visit_file(&parsed);
+        scanner.findings
+    }
+
+    fn is_arithmetic(&self) -> bool {
+        self.file.ends_with(ARITHMETIC)
+    }
+
+    fn find(&mut self, span: Span, what: &str) {
+        let line = span.start().line;
+        self.findings.push(format!("{}:{line}: {what}", self.file));
+    }
+
+    fn forbid_operator(&mut self, span: Span, operator: &str) {
+        if !self.may_divide {
+            self.find(
+                span,
+                &format!("`{operator}`; divide by crate::arithmetic::div"),
+            );
+        }
+    }
+
+    /// The arguments of a macro are tokens, not expressions: any of the forbidden ones counts.
+    fn scan_tokens(&mut self, tokens: &TokenStream) {
+        for token in tokens.clone() {
+            match token {
+                TokenTree::Group(group) => self.scan_tokens(&group.stream()),
+                TokenTree::Punct(punct) if "/%".contains(punct.as_char()) => {
+                    self.forbid_operator(punct.span(), &punct.as_char().to_string());
+                }
+                TokenTree::Ident(ident) => {
+                    let name = ident.to_string();
+                    if name == "libm" || FORBIDDEN_FUNCTIONS.contains(&name.as_str()) {
+                        self.find(ident.span(), &format!("`{name}` in a macro"));
+                    }
+                }
+                _ => {}
+            }
+        }
+    }
+}
+
+/// Whether an expression is made of literals only, so that the compiler computes it.
+fn is_literal(expression: &syn::Expr) -> bool {
+    match expression {
+        syn::Expr::Lit(_) => true,
+        syn::Expr::Paren(paren) => is_literal(&paren.expr),
+        syn::Expr::Unary(unary) => is_literal(&unary.expr),
+        syn::Expr::Binary(binary) => is_literal(&binary.left) && is_literal(&binary.right),
+        _ => false,
+    }
+}
+
+/// Whether an item is compiled for tests only.
+fn is_test(attributes: &[syn::Attribute]) -> bool {
+    attributes.iter().any(|attribute| match &attribute.meta {
+        syn::Meta::List(list) => {
+            list.path.is_ident("cfg") && list.tokens.to_string().trim() == "test"
+        }
+        _ => false,
+    })
+}
+
+fn attributes(item: &syn::Item) -> &[syn::Attribute] {
+    match item {
+        syn::Item::Const(item) => &item.attrs,
+        syn::Item::Fn(item) => &item.attrs,
+        syn::Item::Impl(item) => &item.attrs,
+        syn::Item::Mod(item) => &item.attrs,
+        syn::Item::Use(item) => &item.attrs,
+        _ => &[],
+    }
+}
+
+impl<'ast> Visit<'ast> for Scanner<'_> {
+    fn visit_item(&mut self, item: &'ast syn::Item) {
+        if !is_test(attributes(item)) {
+            visit::visit_item(self, item);
+        }
+    }
+
+    fn visit_item_fn(&mut self, function: &'ast syn::ItemFn) {
+        self.may_divide = self.is_arithmetic() && function.sig.ident == DIVIDING_FUNCTION;
+        visit::visit_item_fn(self, function);
+        self.may_divide = false;
+    }
+
+    fn visit_expr_binary(&mut self, binary: &'ast syn::ExprBinary) {
+        let (span, operator) = match &binary.op {
+            syn::BinOp::Div(token) => (token.spans[0], "/"),
+            syn::BinOp::Rem(token) => (token.spans[0], "%"),
+            syn::BinOp::DivAssign(token) => (token.spans[0], "/="),
+            syn::BinOp::RemAssign(token) => (token.spans[0], "%="),
+            _ => return visit::visit_expr_binary(self, binary),
+        };
+        if !(is_literal(&binary.left) && is_literal(&binary.right)) {
+            self.forbid_operator(span, operator);
+        }
+        visit::visit_expr_binary(self, binary);
+    }
+
+    fn visit_expr_method_call(&mut self, call: &'ast syn::ExprMethodCall) {
+        let name = call.method.to_string();
+        if FORBIDDEN_FUNCTIONS.contains(&name.as_str()) {
+            self.find(call.method.span(), &format!("method `{name}`"));
+        }
+        visit::visit_expr_method_call(self, call);
+    }
+
+    fn visit_path(&mut self, path: &'ast syn::Path) {
+        let names: Vec<String> = path.segments.iter().map(|s| s.ident.to_string()).collect();
+        let span = path.segments[0].ident.span();
+        if names[0] == "libm" && !self.is_arithmetic() {
+            self.find(span, &format!("path `{}`", names.join("::")));
+        }
+        let last = &names[names.len() - 1];
+        let of_number = names[..names.len() - 1]
+            .iter()
+            .any(|name| NUMBER_TYPES.contains(&name.as_str()));
+        if of_number && FORBIDDEN_FUNCTIONS.contains(&last.as_str()) {
+            self.find(span, &format!("path `{}`", names.join("::")));
+        }
+        visit::visit_path(self, path);
+    }
+
+    fn visit_use_path(&mut self, path: &'ast syn::UsePath) {
+        if path.ident == "libm" && !self.is_arithmetic() {
+            self.find(path.ident.span(), "use of `libm`");
+        }
+        visit::visit_use_path(self, path);
+    }
+
+    fn visit_use_name(&mut self, name: &'ast syn::UseName) {
+        if name.ident == "libm" && !self.is_arithmetic() {
+            self.find(name.ident.span(), "use of `libm`");
+        }
+    }
+
+    fn visit_use_rename(&mut self, rename: &'ast syn::UseRename) {
+        if rename.ident == "libm" && !self.is_arithmetic() {
+            self.find(rename.ident.span(), "use of `libm`");
+        }
+    }
+
+    fn visit_macro(&mut self, call: &'ast syn::Macro) {
+        self.scan_tokens(&call.tokens);
+        visit::visit_macro(self, call);
+    }
+}
+
+/// The `.rs` files below `folder`, with their names from there.
+fn sources(folder: &Path) -> BTreeMap<String, String> {
+    let mut found = BTreeMap::new();
+    let mut waiting = vec![folder.to_path_buf()];
+    while let Some(path) = waiting.pop() {
+        for entry in std::fs::read_dir(&path).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                waiting.push(path);
+            } else if path.extension().is_some_and(|extension| extension == "rs") {
+                let name = path.strip_prefix(folder).unwrap().display().to_string();
+                found.insert(name, std::fs::read_to_string(&path).unwrap());
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn the_shared_mathematics_calls_only_what_all_devices_round_alike() {
+    let files = sources(&root().join("shared/src"));
+    assert!(files.contains_key(ARITHMETIC) && files.contains_key("march.rs"));
+    let findings: Vec<String> = files
+        .iter()
+        .flat_map(|(name, text)| Scanner::scan(&format!("shared/src/{name}"), text))
+        .collect();
+    assert!(
+        findings.is_empty(),
+        "not allowed in shared/src (see the docs of lib.rs):\n{}",
+        findings.join("\n")
+    );
+}
+
+#[test]
+fn the_scanner_reports_each_forbidden_thing_with_its_line() {
+    // What must be found, a line each.
+    let forbidden = [
+        ("a / b", "`/`"),
+        ("1.0 / b", "`/`"),
+        ("a % b", "`%`"),
+        ("i / 2", "`/`"),
+        ("i % 3", "`%`"),
+        ("{ a /= b; }", "`/=`"),
+        ("{ a %= b; }", "`%=`"),
+        ("(a + (b / 2.0)) * 3.0", "`/`"),
+        ("f(a, |x| x / a)", "`/`"),
+        ("a.sqrt()", "method `sqrt`"),
+        ("(a * b).mul_add(a, b)", "method `mul_add`"),
+        ("a.powi(2)", "method `powi`"),
+        ("a.sin()", "method `sin`"),
+        ("v.normalize()", "method `normalize`"),
+        ("v.cross(v).length()", "method `length`"),
+        ("Real::sqrt(a)", "path `Real::sqrt`"),
+        ("core::f32::math::sqrt(a)", "path `core::f32::math::sqrt`"),
+        ("glam::Vec3::length(v)", "path `glam::Vec3::length`"),
+        ("libm::sqrtf(a)", "path `libm::sqrtf`"),
+        ("{ use libm::sqrtf; }", "use of `libm`"),
+        ("{ use libm as m; }", "use of `libm`"),
+        ("dbg!(a / b)", "`/`"),
+        ("dbg!(f(a.sqrt()))", "`sqrt` in a macro"),
+    ];
+    for (expression, expected) in forbidden {
+        let text = format!("// A comment: a / b.\nfn any(a: Real) {{\n    {expression};\n}}\n");
+        let findings = Scanner::scan("shared/src/any.rs", &text);
+        assert_eq!(findings.len(), 1, "{expression}: {findings:?}");
+        assert!(
+            findings[0].starts_with(&format!("shared/src/any.rs:3: {expected}")),
+            "{expression}: {findings:?}"
+        );
+    }
+
+    // In functions of impl blocks and traits, in nested modules and constants, too.
+    for text in [
+        "impl A { fn f(a: f32) -> f32 { a / a } }",
+        "trait A { fn f(a: f32) -> f32 { a / a } }",
+        "mod inner { fn f(a: f32) -> f32 { a / a } }",
+        "const A: f32 = 1.0 / B;",
+        "#[cfg(not(test))] fn f(a: f32) -> f32 { a / a }",
+        // The name alone does not allow it: it must be the one in arithmetic.rs.
+        "fn div(a: f32, b: f32) -> f32 { a / b }",
+    ] {
+        assert_eq!(Scanner::scan("any.rs", text).len(), 1, "{text}");
+    }
+    // What is not Rust cannot have been scanned.
+    assert_eq!(Scanner::scan("any.rs", "fn f( {").len(), 1);
+    // Only div may divide, also in arithmetic.rs.
+    let text = "fn div(a: f32, b: f32) -> f32 { a / b }\nfn half(a: f32) -> f32 { a / 2.0 }";
+    let findings = Scanner::scan("shared/src/arithmetic.rs", text);
+    assert_eq!(findings.len(), 1, "{findings:?}");
+    assert!(findings[0].contains("arithmetic.rs:2"), "{findings:?}");
+}
+
+#[test]
+fn the_scanner_leaves_the_rest_alone() {
+    for text in [
+        "const A: f32 = 1.0 / 128.0; const B: f32 = -(2.0 / 3.0) / 4.0;",
+        "#[cfg(test)] mod tests { fn f(a: f32) -> f32 { a / a.sqrt() } }",
+        "#[cfg(test)] #[allow(unused)] mod tests { use libm::sqrtf; }",
+        "/// a / b\nfn f(a: f32) -> f32 { /* a / b */ min(a, sqrt(a)) }",
+        "fn f(m: &ShapeMap) { m.distance(t, uv); crate::arithmetic::sqrt(a); v.dot(v); }",
+    ] {
+        let findings = Scanner::scan("shared/src/any.rs", text);
+        assert!(findings.is_empty(), "{text}: {findings:?}");
+    }
+    let text = "fn sqrt(x: f32) -> f32 { libm::sqrtf(x) }";
+    assert!(Scanner::scan("shared/src/arithmetic.rs", text).is_empty());
+}
+
+const REBUILD: &str =
+    "cargo +nightly-2026-08-15 run --release --manifest-path shader-crate/builder/Cargo.toml";
+
+/// What differs between the sources of the manifest and those in the tree.
+fn changed_sources(
+    manifest: &BTreeMap<String, String>,
+    actual: &BTreeMap<String, String>,
+) -> Vec<String> {
+    let mut changes = Vec::new();
+    for (name, digest) in actual {
+        match manifest.get(name) {
+            None => changes.push(format!("{name}: new since the shaders were compiled")),
+            Some(known) if known != digest => {
+                changes.push(format!("{name}: changed since the shaders were compiled"));
+            }
+            Some(_) => {}
+        }
+    }
+    for name in manifest.keys() {
+        if !actual.contains_key(name) {
+            changes.push(format!("{name}: gone since the shaders were compiled"));
+        }
+    }
+    changes
+}
+
+/// What differs between the modules of the manifest and `files` (name and bytes).
+fn changed_modules(manifest: &Manifest, files: &BTreeMap<String, Vec<u8>>) -> Vec<String> {
+    let mut changes = Vec::new();
+    for (name, module) in &manifest.modules {
+        match files.get(name) {
+            None => changes.push(format!("{SHADER_FOLDER}/{name}: missing")),
+            Some(bytes) if bytes.len() as u64 != module.bytes => changes.push(format!(
+                "{SHADER_FOLDER}/{name}: {} bytes, but {} in the manifest",
+                bytes.len(),
+                module.bytes
+            )),
+            Some(bytes) if digest(bytes) != module.sha256 => {
+                changes.push(format!("{SHADER_FOLDER}/{name}: not the compiled module"));
+            }
+            Some(_) => {}
+        }
+    }
+    for name in files.keys() {
+        if !manifest.modules.contains_key(name) {
+            changes.push(format!("{SHADER_FOLDER}/{name}: not in the manifest"));
+        }
+    }
+    changes
+}
+
+/// The files of the shader folder, the manifest aside.
+fn module_files() -> BTreeMap<String, Vec<u8>> {
+    std::fs::read_dir(root().join(SHADER_FOLDER))
+        .unwrap()
+        .map(|entry| entry.unwrap())
+        .map(|entry| (entry.file_name().into_string().unwrap(), entry.path()))
+        .filter(|(name, _)| name != MANIFEST_FILE)
+        .map(|(name, path)| (name, std::fs::read(path).unwrap()))
+        .collect()
+}
+
+#[test]
+fn the_shaders_are_made_of_these_sources() {
+    let manifest = Manifest::load(&root()).unwrap();
+    let mut changes = changed_sources(&manifest.sources, &source_digests(&root()).unwrap());
+    changes.extend(changed_modules(&manifest, &module_files()));
+    assert!(
+        changes.is_empty(),
+        "the compiled shaders are out of date:\n{}\nrebuild them with\n    {REBUILD}",
+        changes.join("\n")
+    );
+}
+
+#[test]
+fn every_difference_to_the_manifest_is_reported() {
+    let manifest = Manifest::load(&root()).unwrap();
+    let (name, module) = manifest.modules.iter().next().unwrap();
+
+    // Sources: changed, new, gone.
+    let sources = &manifest.sources;
+    assert!(changed_sources(sources, sources).is_empty());
+    for source in sources.keys() {
+        let mut other = sources.clone();
+        other.insert(source.clone(), digest(b"another text"));
+        let changes = changed_sources(sources, &other);
+        assert_eq!(changes.len(), 1);
+        assert!(changes[0].starts_with(&format!("{source}: changed")));
+        other.remove(source);
+        assert!(changed_sources(sources, &other)[0].starts_with(&format!("{source}: gone")));
+        assert!(changed_sources(&other, sources)[0].starts_with(&format!("{source}: new")));
+    }
+
+    // Modules: one bit, a byte more, missing, unknown.
+    let files = module_files();
+    let mut flipped = files.clone();
+    let mut longer = files.clone();
+    let mut more = files.clone();
+    flipped.get_mut(name).unwrap()[100] ^= 1;
+    longer.get_mut(name).unwrap().push(0);
+    more.insert("other.spv".into(), Vec::new());
+    for (changed, expected) in [
+        (flipped, "not the compiled module"),
+        (longer, "bytes, but"),
+        (more, "not in the manifest"),
+        (BTreeMap::new(), "missing"),
+    ] {
+        let changes = changed_modules(&manifest, &changed).join("\n");
+        assert!(changes.contains(expected), "{expected}: {changes}");
+    }
+    assert_eq!(files[name].len() as u64, module.bytes);
+}

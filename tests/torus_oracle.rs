@@ -155,8 +155,8 @@ impl TorusOracle<'_> {
         let ours: Vec<(u32, f64)> = words
             .place
             .iter()
-            .zip(&words.surface)
-            .map(|(place, surface)| (surface[0], f64::from(f32::from_bits(place[0]))))
+            .enumerate()
+            .map(|(i, place)| (words.class(i), f64::from(f32::from_bits(place[0]))))
             .collect();
         let inside = |i: usize| {
             let (x, y) = (i % width, i / width);

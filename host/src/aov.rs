@@ -39,7 +39,7 @@ pub fn save_exr(
         ("delta", float(&|i| words.place[i][3])),
         (
             "class",
-            FlatSamples::U32(words.surface.iter().map(|word| word[0]).collect()),
+            FlatSamples::U32((0..words.surface.len()).map(|i| words.class(i)).collect()),
         ),
         ("N.x", float(&|i| words.surface[i][1])),
         ("N.y", float(&|i| words.surface[i][2])),

@@ -2,7 +2,7 @@
 
 use crate::Error;
 use crate::file::write_whole;
-use crate::render::ColorWords;
+use crate::render::{ColorWords, RenderError, allocate};
 use rayon::prelude::*;
 use std::path::Path;
 
@@ -20,13 +20,16 @@ pub struct Picture {
 impl Picture {
     /// Averages `factor`² samples a pixel in linear light and encodes as sRGB.
     ///
+    /// # Errors
+    /// [`RenderError::Memory`].
+    ///
     /// # Panics
     /// If the sides of `words` are not multiples of `factor`.
-    pub fn develop(words: &ColorWords, factor: u32) -> Picture {
+    pub fn develop(words: &ColorWords, factor: u32) -> Result<Picture, RenderError> {
         assert!(words.width.is_multiple_of(factor) && words.height.is_multiple_of(factor));
         let (width, height) = (words.width / factor, words.height / factor);
         let weight = 1.0 / (factor * factor) as f32;
-        let mut bytes = vec![0; 3 * width as usize * height as usize];
+        let mut bytes = allocate("the picture", 3 * width as usize * height as usize, 0)?;
         bytes
             .par_chunks_mut(3 * width as usize)
             .enumerate()
@@ -46,11 +49,11 @@ impl Picture {
                     }
                 }
             });
-        Picture {
+        Ok(Picture {
             width,
             height,
             bytes,
-        }
+        })
     }
 
     /// Writes the picture as PNG, with `comments` as text chunks (keyword, text).
@@ -118,7 +121,7 @@ mod tests {
             height: 2,
             words: vec![words(0.0), words(1.0), words(1.0), words(0.0)],
         };
-        let picture = Picture::develop(&buffer, 2);
+        let picture = Picture::develop(&buffer, 2).unwrap();
         assert_eq!((picture.width, picture.height), (1, 1));
         assert_eq!(picture.bytes, [188; 3]);
     }

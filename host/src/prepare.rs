@@ -9,7 +9,9 @@ use crate::scene::{Camera, Material, Scene, SceneObject};
 use crate::shape_map::{Pattern, PatternOptions, ShapeMap, Storage, bake};
 use glam::{DQuat, DVec3, EulerRot};
 use rayon::prelude::*;
-use relievo_shared::layout::{Corner, Frame, Object, Triangle};
+use relievo_shared::layout::{
+    Corner, FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Frame, Object, Triangle,
+};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -155,7 +157,7 @@ fn load_shape(object: &SceneObject, progress: &(dyn Fn(Step) + Sync)) -> Result<
     let path = &object.shape;
     progress(Step::ShapeMap(path.clone(), 0.0));
     if ShapeMap::is_shape_map(path)? {
-        return Ok(ShapeMap::load_png(path)?);
+        return Ok(ShapeMap::load(path)?);
     }
     let options = PatternOptions {
         threshold: object.threshold,
@@ -163,7 +165,7 @@ fn load_shape(object: &SceneObject, progress: &(dyn Fn(Step) + Sync)) -> Result<
         ..PatternOptions::default()
     };
     let pattern = Pattern::load(path, &options)?;
-    Ok(bake(&pattern, Storage::Bits16, &|fraction| {
+    Ok(bake(&pattern, Storage::R16, &|fraction| {
         progress(Step::ShapeMap(path.clone(), fraction));
     }))
 }
@@ -248,11 +250,18 @@ fn prepare_object(
         binary_steps: object.bisections,
         map_bias: map.bias(),
         map_packing: match map.storage() {
-            Storage::Bits8 => 2,
-            Storage::Bits16 => 1,
-            Storage::Bits32 => 0,
+            Storage::R8 => 2,
+            Storage::R16 => 1,
+            Storage::R32F | Storage::Rgba8 => 0,
         },
-        reserved: 0,
+        map_quantum: map.quantum(),
+        map_format: match map.storage() {
+            Storage::R8 | Storage::R16 => FORMAT_CODES,
+            Storage::R32F => FORMAT_FLOAT,
+            Storage::Rgba8 => FORMAT_PAPER,
+        },
+        search: object.search_code(),
+        self_shadow: u32::from(object.self_shadow),
     };
     let triangles = mesh
         .triangles

@@ -7,7 +7,10 @@
 //! rectangle of its pixels; the fragment decides by an exact test.
 #![cfg_attr(target_arch = "spirv", no_std)]
 
-use relievo_shared::layout::{Frame, Object, Triangle};
+use relievo_shared::fragment::{Entry, Hit};
+use relievo_shared::layout::{
+    Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Triangle,
+};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::shape_map::Texels;
 use relievo_shared::{camera, fragment};
@@ -48,14 +51,14 @@ pub fn vertex(
 
 /// Finds the hit of this pixel's ray on this triangle, or discards the pixel.
 #[inline]
-fn find(
+fn find<const SEARCH: u32>(
     coordinate: Vec4,
     frame: &Frame,
     object: &Object,
     triangles: &[Triangle],
     texels: &Buffer,
     triangle_index: u32,
-) -> (Vec3, fragment::Entry, fragment::Hit) {
+) -> (Vec3, Entry, Hit) {
     let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
     // SAFETY: the index comes from the vertex shader.
     let triangle = unsafe { triangles.index_unchecked(triangle_index as usize) };
@@ -67,74 +70,84 @@ fn find(
     if !entry.path.enters {
         kill();
     }
-    let hit = fragment::trace(frame, object, texels, direction, &entry);
+    let hit = fragment::trace::<SEARCH, _>(frame, object, texels, direction, &entry);
     if hit.class == CLASS_MISS {
         kill();
     }
     (direction, entry, hit)
 }
 
-/// Writes linear RGB as the bits of three f32, and the class in the fourth word.
-#[spirv(fragment(depth_replacing))]
-pub fn fragment_color(
-    #[spirv(frag_coord)] coordinate: Vec4,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
-    #[spirv(flat)] triangle_index: u32,
-    #[spirv(frag_depth)] depth: &mut f32,
-    color: &mut UVec4,
-) {
-    let texels = Buffer(words);
-    let (direction, entry, hit) = find(
-        coordinate,
-        frame,
-        object,
-        triangles,
-        &texels,
-        triangle_index,
-    );
-    let normal = fragment::normal(object, &texels, direction, &entry, &hit);
-    let rgb = fragment::color(frame, object, direction, &hit, normal);
-    *color = UVec4::new(rgb.x.to_bits(), rgb.y.to_bits(), rgb.z.to_bits(), hit.class);
-    *depth = hit.depth;
+/// An entry point that writes linear RGB as the bits of three f32, and the
+/// class in the fourth word.
+macro_rules! color_entry_point {
+    ($name:ident, $search:expr, $shadow:expr) => {
+        #[doc = "Writes linear RGB as the bits of three f32, and the class."]
+        #[spirv(fragment(depth_replacing))]
+        pub fn $name(
+            #[spirv(frag_coord)] coordinate: Vec4,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+            #[spirv(flat)] index: u32,
+            #[spirv(frag_depth)] depth: &mut f32,
+            color: &mut UVec4,
+        ) {
+            let texels = Buffer(words);
+            let (direction, entry, hit) =
+                find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
+            let rgb =
+                fragment::color::<{ $shadow }, _>(frame, object, &texels, direction, &entry, &hit);
+            *color = UVec4::new(rgb.x.to_bits(), rgb.y.to_bits(), rgb.z.to_bits(), hit.class);
+            *depth = hit.depth;
+        }
+    };
 }
 
-/// Writes what the hit is: (t, u, v, δ) and (class, N), as bits.
-#[spirv(fragment(depth_replacing))]
-pub fn fragment_geometry(
-    #[spirv(frag_coord)] coordinate: Vec4,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
-    #[spirv(flat)] triangle_index: u32,
-    #[spirv(frag_depth)] depth: &mut f32,
-    place: &mut UVec4,
-    surface: &mut UVec4,
-) {
-    let texels = Buffer(words);
-    let (direction, entry, hit) = find(
-        coordinate,
-        frame,
-        object,
-        triangles,
-        &texels,
-        triangle_index,
-    );
-    let normal = fragment::normal(object, &texels, direction, &entry, &hit);
-    *place = UVec4::new(
-        hit.t.to_bits(),
-        hit.uv.x.to_bits(),
-        hit.uv.y.to_bits(),
-        hit.depth_fraction.to_bits(),
-    );
-    *surface = UVec4::new(
-        hit.class,
-        normal.x.to_bits(),
-        normal.y.to_bits(),
-        normal.z.to_bits(),
-    );
-    *depth = hit.depth;
+/// An entry point that writes what the hit is: (t, u, v, δ) and (class and
+/// steps, N), as bits.
+macro_rules! geometry_entry_point {
+    ($name:ident, $search:expr) => {
+        #[doc = "Writes (t, u, v, δ) and (class and steps, N), as bits."]
+        #[spirv(fragment(depth_replacing))]
+        pub fn $name(
+            #[spirv(frag_coord)] coordinate: Vec4,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+            #[spirv(flat)] index: u32,
+            #[spirv(frag_depth)] depth: &mut f32,
+            place: &mut UVec4,
+            surface: &mut UVec4,
+        ) {
+            let texels = Buffer(words);
+            let (direction, entry, hit) =
+                find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
+            let normal = fragment::normals(object, &texels, direction, &entry, &hit).carved;
+            *place = UVec4::new(
+                hit.t.to_bits(),
+                hit.uv.x.to_bits(),
+                hit.uv.y.to_bits(),
+                hit.depth_fraction.to_bits(),
+            );
+            *surface = UVec4::new(
+                fragment::class_and_steps(&hit),
+                normal.x.to_bits(),
+                normal.y.to_bits(),
+                normal.z.to_bits(),
+            );
+            *depth = hit.depth;
+        }
+    };
 }
+
+color_entry_point!(color_extrusion, SEARCH_EXTRUSION, false);
+color_entry_point!(color_extrusion_shadow, SEARCH_EXTRUSION, true);
+color_entry_point!(color_relief, SEARCH_RELIEF, false);
+color_entry_point!(color_relief_shadow, SEARCH_RELIEF, true);
+color_entry_point!(color_paper, SEARCH_PAPER, false);
+color_entry_point!(color_paper_shadow, SEARCH_PAPER, true);
+geometry_entry_point!(geometry_extrusion, SEARCH_EXTRUSION);
+geometry_entry_point!(geometry_relief, SEARCH_RELIEF);
+geometry_entry_point!(geometry_paper, SEARCH_PAPER);

@@ -3,12 +3,15 @@
 use crate::arithmetic::floor;
 use crate::camera::reversed_depth;
 use crate::facet::{self, FacetHit};
-use crate::layout::{Frame, Object, Triangle, vec3};
+use crate::layout::{Frame, Object, SEARCH_PAPER, SEARCH_RELIEF, Triangle, vec3};
 use crate::light;
 use crate::march::march;
 use crate::normals::{CLASS_MISS, class_of, normal_at};
-use crate::path::{Path, QuadraticPath};
+use crate::paper;
+use crate::path::QuadraticPath;
 use crate::profile::Profile;
+use crate::relief;
+use crate::shadow::{self, ShadowPoint};
 use crate::shape_map::{ShapeMap, Texels};
 use crate::surface::{Surface, interpolate};
 use crate::{Real, Vec2, Vec3};
@@ -55,10 +58,11 @@ pub fn enter(object: &Object, triangle: &Triangle, direction: Vec3, facet: &Face
     Entry { surface, path }
 }
 
-/// Searches the shell behind `entry` for the first hit. A hit in front of the
-/// near plane is a miss.
+/// Searches the shell behind `entry` for the first hit, in the way of the
+/// `SEARCH_` constant `SEARCH`: a parameter of the type, so that a shader holds
+/// only what it runs. A hit in front of the near plane is a miss.
 #[inline]
-pub fn trace<T: Texels + ?Sized>(
+pub fn trace<const SEARCH: u32, T: Texels + ?Sized>(
     frame: &Frame,
     object: &Object,
     texels: &T,
@@ -66,55 +70,108 @@ pub fn trace<T: Texels + ?Sized>(
     entry: &Entry,
 ) -> Hit {
     let map = ShapeMap::new(object);
-    let profile = Profile::new(object);
-    let found = march(
-        &entry.path,
-        &profile,
-        &map,
-        texels,
-        object.linear_steps,
-        object.binary_steps,
-    );
+    let found = if SEARCH == SEARCH_PAPER {
+        paper::search(object, &map, texels, &entry.surface, direction)
+    } else if SEARCH == SEARCH_RELIEF {
+        relief::search(
+            &entry.path,
+            &Profile::new(object),
+            &map,
+            texels,
+            object.linear_steps,
+            object.binary_steps,
+        )
+    } else {
+        march(
+            &entry.path,
+            &Profile::new(object),
+            &map,
+            texels,
+            object.linear_steps,
+            object.binary_steps,
+        )
+    };
     let class = class_of(&found, object);
     let t = entry.path.entry_t + found.s;
     let depth = reversed_depth(frame, direction, t);
-    let uv = entry.path.uv(found.s);
     Hit {
         class: if depth > 1.0 { CLASS_MISS } else { class },
         depth,
         t,
         s: found.s,
-        uv: Vec2::new(uv.x - floor(uv.x), uv.y - floor(uv.y)),
+        uv: Vec2::new(
+            found.uv.x - floor(found.uv.x),
+            found.uv.y - floor(found.uv.y),
+        ),
         depth_fraction: found.depth_fraction,
         steps: found.steps,
     }
 }
 
-/// The unit normal at `hit`.
+/// The two normals at a hit.
+#[derive(Clone, Copy, Debug)]
+pub struct Normals {
+    /// Unit normal of the carved surface, which is lit.
+    pub carved: Vec3,
+    /// Unit normal of the smooth surface below it.
+    pub smooth: Vec3,
+}
+
+/// The normals at `hit`.
 #[inline]
-pub fn normal<T: Texels + ?Sized>(
+pub fn normals<T: Texels + ?Sized>(
+    object: &Object,
+    texels: &T,
+    direction: Vec3,
+    entry: &Entry,
+    hit: &Hit,
+) -> Normals {
+    let smooth = entry
+        .path
+        .surface_normal(&entry.surface, direction, hit.s, object.tier);
+    let carved = normal_at(
+        hit.class,
+        object,
+        &ShapeMap::new(object),
+        texels,
+        &entry.surface,
+        smooth,
+        hit.uv,
+    );
+    Normals { carved, smooth }
+}
+
+/// Linear RGB of `hit`, with self-shadows if `SHADOW`.
+#[inline]
+pub fn color<const SHADOW: bool, T: Texels + ?Sized>(
+    frame: &Frame,
     object: &Object,
     texels: &T,
     direction: Vec3,
     entry: &Entry,
     hit: &Hit,
 ) -> Vec3 {
-    let surface_normal = entry
-        .path
-        .surface_normal(&entry.surface, direction, hit.s, object.tier);
-    normal_at(
-        hit.class,
-        object,
-        &ShapeMap::new(object),
-        texels,
-        &entry.surface,
-        surface_normal,
-        hit.uv,
-    )
+    let normals = normals(object, texels, direction, entry, hit);
+    let lit = !SHADOW
+        || shadow::lit(
+            object,
+            &ShapeMap::new(object),
+            texels,
+            &entry.surface,
+            &ShadowPoint {
+                class: hit.class,
+                uv: hit.uv,
+                depth_fraction: hit.depth_fraction,
+                normal: normals.carved,
+                surface_normal: normals.smooth,
+            },
+            vec3(frame.light_direction),
+        );
+    light::shade(frame, object, hit.class, normals.carved, direction, lit)
 }
 
-/// Linear RGB of `hit`.
+/// Class and number of steps in one word, as pictures of geometry carry them.
 #[inline]
-pub fn color(frame: &Frame, object: &Object, direction: Vec3, hit: &Hit, normal: Vec3) -> Vec3 {
-    light::shade(frame, object, hit.class, normal, direction)
+pub fn class_and_steps(hit: &Hit) -> u32 {
+    hit.class | (hit.steps << 8)
 }

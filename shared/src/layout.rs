@@ -76,6 +76,8 @@ pub struct Object {
     pub map_size: [Real; 2],
     /// Texels per step of a stored code; a power of two in accurate maps.
     pub map_step: Real,
+    /// The largest amount by which a stored distance may lie under the true one, texels.
+    pub map_quantum: Real,
     /// S_z: distance from the cap to the floor, object units, > 0.
     pub depth: Real,
     /// e: outward extension of the pattern, width units (section 2).
@@ -108,14 +110,35 @@ pub struct Object {
     pub map_bias: u32,
     /// log₂ of the texels in one 32-bit word: 0, 1 or 2 (for 32, 16 and 8 bits).
     pub map_packing: u32,
-    /// Keeps the size even.
-    pub reserved: u32,
+    /// One of the `FORMAT_` constants.
+    pub map_format: u32,
+    /// One of the `SEARCH_` constants.
+    pub search: u32,
+    /// Not 0: columns throw shadows on the object they stand on.
+    pub self_shadow: u32,
 }
 
 /// The curvature of the surface is ignored: extrusion mapping without silhouette.
 pub const TIER_PLANAR: u32 = 0;
 /// The ray bends along the local quadric, with facet depth (section 4).
 pub const TIER_FAST: u32 = 1;
+
+/// The paper's algorithms as printed, mistakes included (section 8).
+pub const TIER_PAPER: u32 = 2;
+
+/// Texels are signed fixed-point codes of 8 or 16 bits: (code − bias) · step.
+pub const FORMAT_CODES: u32 = 0;
+/// Texels are the bits of f32 distances.
+pub const FORMAT_FLOAT: u32 = 1;
+/// Texels are the paper's RGBA8: normal in R and G, distance in B, shape in A.
+pub const FORMAT_PAPER: u32 = 2;
+
+/// Steps through the distance map that cannot skip the pattern.
+pub const SEARCH_EXTRUSION: u32 = 0;
+/// Equal steps through a depth map of the same pattern: relief mapping.
+pub const SEARCH_RELIEF: u32 = 1;
+/// The search of the paper's tier, which brings its own path.
+pub const SEARCH_PAPER: u32 = 2;
 
 #[cfg(not(feature = "double"))]
 const _: () = {
@@ -126,8 +149,8 @@ const _: () = {
     assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 240);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
-    assert!(size_of::<Object>() == 112 && align_of::<Object>() == 4);
-    assert!(offset_of!(Object, cap_color) == 32 && offset_of!(Object, shininess) == 80);
+    assert!(size_of::<Object>() == 124 && align_of::<Object>() == 4);
+    assert!(offset_of!(Object, cap_color) == 36 && offset_of!(Object, shininess) == 84);
 };
 
 /// A vector from three scalars of a layout.

@@ -16,8 +16,9 @@
 //! path          surface + ray → where the ray is at s, in uv and depth (the tier)
 //! profile       depth → radius by which the pattern is grown (the technique)
 //! shape_map     uv → distance to the pattern
-//! march         path × profile × shape map → hit
+//! march         path × profile × shape map → hit; relief, paper: baselines
 //! normals       hit → normal and surface class
+//! shadow        hit → lit or not
 //! light         normal → colour
 //! fragment      all of the above for one pixel and one triangle
 //! ```
@@ -40,8 +41,11 @@ pub mod layout;
 pub mod light;
 pub mod march;
 pub mod normals;
+pub mod paper;
 pub mod path;
 pub mod profile;
+pub mod relief;
+pub mod shadow;
 pub mod shape_map;
 pub mod surface;
 

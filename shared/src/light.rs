@@ -20,12 +20,24 @@ pub fn albedo(object: &Object, class: u32) -> Vec3 {
     }
 }
 
-/// Light that leaves a point with unit `normal` against the ray's `direction`.
+/// Light that leaves a point with unit `normal` against the ray's `direction`;
+/// only the ambient part where it is not `lit`.
 #[inline]
-pub fn shade(frame: &Frame, object: &Object, class: u32, normal: Vec3, direction: Vec3) -> Vec3 {
+pub fn shade(
+    frame: &Frame,
+    object: &Object,
+    class: u32,
+    normal: Vec3,
+    direction: Vec3,
+    lit: bool,
+) -> Vec3 {
     let to_light = vec3(frame.light_direction);
     let light = vec3(frame.light_color);
-    let cosine = max(normal.dot(to_light), 0.0);
+    let cosine = if lit {
+        max(normal.dot(to_light), 0.0)
+    } else {
+        0.0
+    };
     let half_way = normalize_or(to_light - direction, normal);
     let highlight = if cosine > 0.0 {
         object.specular * power(max(normal.dot(half_way), 0.0), object.shininess)
@@ -73,7 +85,7 @@ mod tests {
     #[test]
     fn a_surface_that_faces_the_light_and_the_eye() {
         let (frame, object) = scene();
-        let found = shade(&frame, &object, CLASS_CAP, Vec3::Z, Vec3::NEG_Z);
+        let found = shade(&frame, &object, CLASS_CAP, Vec3::Z, Vec3::NEG_Z, true);
         let expected = Vec3::new(0.1 * 1.1 + 0.5, 0.2 * 2.2 + 1.0, 0.3 * 3.3 + 1.5);
         assert!((found - expected).length() < 1e-6, "{found}");
     }
@@ -84,7 +96,7 @@ mod tests {
         object.shininess = 10;
         // Half-way between light and eye lies 30° from the normal; the cosine of the light is 1.
         let direction = -Vec3::new(0.75f32.sqrt(), 0.0, 0.5);
-        let found = shade(&frame, &object, CLASS_WALL, Vec3::Z, direction);
+        let found = shade(&frame, &object, CLASS_WALL, Vec3::Z, direction, true);
         let highlight = 0.5 * 0.75f32.powi(5);
         let expected =
             Vec3::new(0.4 * 1.1, 0.5 * 2.2, 0.6 * 3.3) + Vec3::new(1.0, 2.0, 3.0) * highlight;
@@ -100,7 +112,7 @@ mod tests {
             let (frame, object) = scene();
             let normal = normalize_or(Vec3::new(normal.0, normal.1, normal.2), Vec3::NEG_Z);
             let direction = normalize_or(Vec3::new(direction.0, direction.1, direction.2), Vec3::X);
-            let found = shade(&frame, &object, CLASS_WALL, normal, direction);
+            let found = shade(&frame, &object, CLASS_WALL, normal, direction, true);
             prop_assert_eq!(found, vec3(object.wall_color) * vec3(frame.ambient));
         }
 
@@ -118,9 +130,11 @@ mod tests {
                 normalize_or(Vec3::new(direction.0, direction.1, direction.2), Vec3::X),
                 Vec3::Z,
             ] {
-                let found = shade(&frame, &object, CLASS_FLOOR, normal, direction);
+                let found = shade(&frame, &object, CLASS_FLOOR, normal, direction, true);
+                let shadow = shade(&frame, &object, CLASS_FLOOR, normal, direction, false);
                 let ambient = vec3(object.floor_color) * vec3(frame.ambient);
                 let most = ambient + vec3(frame.light_color) * (1.0 + object.specular);
+                prop_assert_eq!(shadow, ambient);
                 prop_assert!(found.cmpge(ambient).all(), "{found}");
                 prop_assert!(found.cmple(most * 1.001).all(), "{found}");
             }

@@ -1,10 +1,10 @@
 //! The search for the first hit: one march for every path and every profile.
 
-use crate::Real;
 use crate::arithmetic::{clamp, div, max, min, sqrt};
 use crate::path::Path;
 use crate::profile::Profile;
 use crate::shape_map::{SafeStep, ShapeMap, Texels};
+use crate::{Real, Vec2};
 
 /// How the search ended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -13,6 +13,8 @@ pub struct March {
     pub end: u32,
     /// Where, as the path counts.
     pub s: Real,
+    /// Texture coordinates there, repeats.
+    pub uv: Vec2,
     /// δ there, 0…1.
     pub depth_fraction: Real,
     /// Steps of the linear search.
@@ -80,7 +82,7 @@ pub fn march<P: Path, T: Texels + ?Sized>(
     let rate = path.uv_rate() * map.size;
     let speed = sqrt(rate.dot(rate));
     let growth = profile.bevel * path.depth_rate();
-    let safe = SafeStep::new(map.step);
+    let safe = SafeStep::new(map.quantum);
     // Reciprocals stay below 1e18, so that a step is never an infinity.
     let step_length = StepLength {
         near: div(safe.lipschitz, max(speed + safe.lipschitz * growth, 1e-18)),
@@ -92,12 +94,14 @@ pub fn march<P: Path, T: Texels + ?Sized>(
 
     let mut s = start;
     let mut depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
-    let mut distance = map.distance(texels, path.uv(s));
+    let mut uv = path.uv(s);
+    let mut distance = map.distance(texels, uv);
     let mut radius = profile.radius(depth_fraction);
     if distance <= radius {
         return March {
             end: if start > 0.0 { END_SIDE } else { END_CAP },
             s,
+            uv,
             depth_fraction,
             steps: 0,
         };
@@ -115,7 +119,8 @@ pub fn march<P: Path, T: Texels + ?Sized>(
             left = true;
         } else {
             depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
-            distance = map.distance(texels, path.uv(s));
+            uv = path.uv(s);
+            distance = map.distance(texels, uv);
             radius = profile.radius(depth_fraction);
             met = distance - radius <= TOLERANCE;
         }
@@ -125,6 +130,7 @@ pub fn march<P: Path, T: Texels + ?Sized>(
         return March {
             end: if on_floor { END_FLOOR } else { END_MISS },
             s: end,
+            uv: path.uv(end),
             depth_fraction: if on_floor { 1.0 } else { 0.0 },
             steps,
         };
@@ -134,9 +140,11 @@ pub fn march<P: Path, T: Texels + ?Sized>(
     while bisections > 0 {
         let middle = 0.5 * (before + s);
         let middle_depth = clamp(path.depth_fraction(middle), 0.0, 1.0);
-        let gap = map.distance(texels, path.uv(middle)) - profile.radius(middle_depth);
+        let middle_uv = path.uv(middle);
+        let gap = map.distance(texels, middle_uv) - profile.radius(middle_depth);
         if gap <= TOLERANCE {
             s = middle;
+            uv = middle_uv;
             depth_fraction = middle_depth;
         } else {
             before = middle;
@@ -146,6 +154,7 @@ pub fn march<P: Path, T: Texels + ?Sized>(
     March {
         end: END_SIDE,
         s: min(s, end),
+        uv,
         depth_fraction,
         steps,
     }
@@ -155,9 +164,9 @@ pub fn march<P: Path, T: Texels + ?Sized>(
 #[allow(clippy::disallowed_methods)] // References are computed in f64, by the standard library.
 mod tests {
     use super::*;
-    use crate::layout::{Object, TIER_FAST};
+    use crate::layout::{FORMAT_CODES, Object, TIER_FAST};
     use crate::path::{QuadraticPath, test_surface};
-    use crate::shape_map::tests::{CODES, Random, Sample, cell_borders, least_value};
+    use crate::shape_map::tests::{FORMS, Random, Sample, cell_borders, least_value};
     use crate::surface::Surface;
     use crate::{Vec2, Vec3};
     use std::f64::consts::TAU;
@@ -328,6 +337,7 @@ mod tests {
             let found = scene.march(1_000_000, random.whole(0, 12));
             assert!(found.steps < 1_000_000);
             assert!(found.s >= scene.path.start() && found.s <= scene.path.end());
+            assert_eq!(found.uv, scene.path.uv(found.s));
             errors.ends[found.end as usize] += 1;
             let s = f64::from(found.s);
             let start = f64::from(scene.path.start());
@@ -347,11 +357,12 @@ mod tests {
                 || passed > errors.passed_through.max(ROUNDING)
             {
                 errors.worst = format!(
-                    "{found:?} g = {gap} {:?} {:?} {} × {} in steps of {}",
+                    "{found:?} g = {gap} {:?} {:?} {} × {} in format {} with steps of {}",
                     scene.path,
                     scene.profile,
                     scene.sample.width,
                     scene.sample.height,
+                    scene.sample.object.map_format,
                     scene.sample.object.map_step
                 );
             }
@@ -394,7 +405,7 @@ mod tests {
     #[test]
     fn a_steeper_field_would_be_passed_through() {
         let errors = errors(2, 10_000, |scene| {
-            if scene.sample.object.map_step < 0.01 {
+            if scene.sample.object.map_format == FORMAT_CODES {
                 scene.sample.steepen(3.0);
             }
         });
@@ -404,7 +415,7 @@ mod tests {
     /// Columns of 8 texels in a map of 16 (the rows are alike): u = 0…½ is pattern.
     fn columns() -> Sample {
         let pattern: Vec<bool> = (0..16 * 4).map(|i| i % 16 < 8).collect();
-        Sample::of_pattern(16, &pattern, CODES[0])
+        Sample::of_pattern(16, &pattern, FORMS[0])
     }
 
     /// A ray in the plane of x and z over a flat or bent surface, 1 deep, one

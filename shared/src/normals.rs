@@ -75,7 +75,7 @@ mod tests {
     use super::*;
     use crate::march::END_SIDE;
     use crate::path::test_surface;
-    use crate::shape_map::tests::{CODES, Random, Sample};
+    use crate::shape_map::tests::{FORMS, Random, Sample};
 
     #[test]
     fn the_class_follows_the_end_of_the_march() {
@@ -83,6 +83,7 @@ mod tests {
             let march = March {
                 end,
                 s: 1.0,
+                uv: Vec2::ZERO,
                 depth_fraction,
                 steps: 3,
             };
@@ -119,7 +120,7 @@ mod tests {
             gradient_v: Vec3::Y * -2.0,
             ..test_surface([0.0; 3], 0.0)
         };
-        (Sample::of_pattern(64, &pattern, CODES[0]), surface)
+        (Sample::of_pattern(64, &pattern, FORMS[0]), surface)
     }
 
     fn normal(class: u32, sample: &Sample, surface: &Surface, at: Vec3, uv: [f32; 2]) -> Vec3 {

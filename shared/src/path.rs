@@ -4,7 +4,7 @@
 //! so that a new model of the surface is one new path.
 
 use crate::arithmetic::{div, max, min, sqrt};
-use crate::layout::{TIER_PLANAR, vec3};
+use crate::layout::{TIER_FAST, vec3};
 use crate::surface::Surface;
 use crate::{FAR, Real, Vec2, Vec3};
 
@@ -81,7 +81,7 @@ impl QuadraticPath {
             direction.dot(surface.gradient_u),
             direction.dot(surface.gradient_v),
         );
-        let planar = tier == TIER_PLANAR;
+        let planar = tier != TIER_FAST;
         let quadric = surface.quadric;
         let q = if planar {
             0.0
@@ -98,8 +98,7 @@ impl QuadraticPath {
 
         // The root at which the ray goes down, by the form that does not cancel.
         let sum = v_z + slope;
-        let facing_away = q > 0.0 && v_z < 0.0;
-        let (enters, entry) = if facing_away {
+        let (enters, entry) = if v_z < 0.0 && (q > 0.0 || (q < 0.0 && sum > FLAT)) {
             (true, div(0.5 * (v_z - slope), q))
         } else if sum > FLAT {
             (true, div(-2.0 * facet_depth, sum))
@@ -139,7 +138,7 @@ impl QuadraticPath {
     /// the gradient of the quadric there.
     #[inline]
     pub fn surface_normal(&self, surface: &Surface, direction: Vec3, s: Real, tier: u32) -> Vec3 {
-        if tier == TIER_PLANAR {
+        if tier != TIER_FAST {
             return surface.normal;
         }
         let from_facet = self.entry_from_facet + s;
@@ -215,7 +214,7 @@ pub fn test_surface(quadric: [Real; 3], facet_depth: Real) -> Surface {
 #[allow(clippy::disallowed_methods)] // References are computed in f64, by the standard library.
 mod tests {
     use super::*;
-    use crate::layout::TIER_FAST;
+    use crate::layout::TIER_PLANAR;
     use crate::shape_map::tests::Random;
 
     /// A ray over a quadric patch: the inputs of section 4, in f64.

@@ -1,7 +1,8 @@
 //! The shape map: signed distance to the pattern, from stored codes.
 
 use crate::arithmetic::{div, floor, floor_to_int, max};
-use crate::layout::Object;
+use crate::layout::{FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Object};
+use crate::profile::Profile;
 use crate::{Real, Vec2};
 
 /// Where the codes of a map lie: a storage buffer, a slice.
@@ -24,13 +25,36 @@ pub struct ShapeMap {
     pub size: Vec2,
     last_x: i32,
     last_y: i32,
-    /// Texels per step of the code.
-    pub step: Real,
+    /// The largest amount by which a stored distance may lie under the true one, texels.
+    pub quantum: Real,
+    step: Real,
+    format: u32,
     bias: i32,
     packing: u32,
     lane_mask: u32,
     lane_shift: u32,
     code_mask: u32,
+}
+
+/// Four texels around a point and where the point lies between them.
+#[derive(Clone, Copy)]
+struct Taps {
+    x0: i32,
+    x1: i32,
+    y0: i32,
+    y1: i32,
+    fx: Real,
+    fy: Real,
+}
+
+impl Taps {
+    /// Bilinear interpolation of the four texels' values.
+    #[inline]
+    fn mix(&self, v00: Real, v10: Real, v01: Real, v11: Real) -> Real {
+        let upper = v00 + (v10 - v00) * self.fx;
+        let lower = v01 + (v11 - v01) * self.fx;
+        upper + (lower - upper) * self.fy
+    }
 }
 
 impl ShapeMap {
@@ -43,7 +67,9 @@ impl ShapeMap {
             size: Vec2::new(object.map_size[0], object.map_size[1]),
             last_x: object.map_size[0] as i32 - 1,
             last_y: object.map_size[1] as i32 - 1,
+            quantum: object.map_quantum,
             step: object.map_step,
+            format: object.map_format,
             bias: object.map_bias as i32,
             packing,
             lane_mask: (1 << packing) - 1,
@@ -56,13 +82,58 @@ impl ShapeMap {
         }
     }
 
+    /// The stored word of one texel, shifted down; `x` and `y` inside the map.
+    #[inline]
+    fn code<T: Texels + ?Sized>(&self, texels: &T, x: i32, y: i32) -> u32 {
+        let index = (y * (self.last_x + 1) + x) as u32;
+        let word = texels.word(index >> self.packing);
+        (word >> ((index & self.lane_mask) << self.lane_shift)) & self.code_mask
+    }
+
     /// The stored distance of one texel, in texels; `x` and `y` inside the map.
     #[inline]
     fn texel<T: Texels + ?Sized>(&self, texels: &T, x: i32, y: i32) -> Real {
-        let index = (y * (self.last_x + 1) + x) as u32;
-        let word = texels.word(index >> self.packing);
-        let code = (word >> ((index & self.lane_mask) << self.lane_shift)) & self.code_mask;
-        (code as i32 - self.bias) as Real * self.step
+        let code = self.code(texels, x, y);
+        if self.format == FORMAT_CODES {
+            (code as i32 - self.bias) as Real * self.step
+        } else if self.format == FORMAT_FLOAT {
+            f32::from_bits(code) as Real
+        } else if code >> 24 == 0 {
+            // The paper's form knows no distances inside the pattern.
+            -0.5
+        } else {
+            // B counts from the centre of the nearest pattern pixel, which a
+            // pixel outside is at least one texel away from.
+            max(((code >> 16) & 255) as i32 as Real * self.step - 0.5, 0.5)
+        }
+    }
+
+    /// One component of the normal stored in the paper's form, −1…1.
+    #[inline]
+    fn stored_normal<T: Texels + ?Sized>(&self, texels: &T, x: i32, y: i32) -> Vec2 {
+        let code = self.code(texels, x, y);
+        Vec2::new(
+            (code & 255) as i32 as Real - 127.5,
+            ((code >> 8) & 255) as i32 as Real - 127.5,
+        ) * (2.0 / 255.0)
+    }
+
+    /// The four texels around `uv` (repeats) and the fractions between them.
+    #[inline]
+    fn taps(&self, uv: Vec2) -> Taps {
+        let x = (uv.x - floor(uv.x)) * self.size.x - 0.5;
+        let y = (uv.y - floor(uv.y)) * self.size.y - 0.5;
+        let (left, top) = (floor_to_int(x), floor_to_int(y));
+        let (x0, x1) = neighbours(left, self.last_x);
+        let (y0, y1) = neighbours(top, self.last_y);
+        Taps {
+            x0,
+            x1,
+            y0,
+            y1,
+            fx: x - left as Real,
+            fy: y - top as Real,
+        }
     }
 
     /// The signed distance at `uv` (repeats), in texels: positive outside the
@@ -70,38 +141,65 @@ impl ShapeMap {
     /// a hardware filter may keep as few as 8 bits of the fractions.
     #[inline]
     pub fn distance<T: Texels + ?Sized>(&self, texels: &T, uv: Vec2) -> Real {
-        let x = (uv.x - floor(uv.x)) * self.size.x - 0.5;
-        let y = (uv.y - floor(uv.y)) * self.size.y - 0.5;
-        let (left, top) = (floor_to_int(x), floor_to_int(y));
-        let (fx, fy) = (x - left as Real, y - top as Real);
-        let (x0, x1) = neighbours(left, self.last_x);
-        let (y0, y1) = neighbours(top, self.last_y);
-        let d00 = self.texel(texels, x0, y0);
-        let d10 = self.texel(texels, x1, y0);
-        let d01 = self.texel(texels, x0, y1);
-        let d11 = self.texel(texels, x1, y1);
-        let upper = d00 + (d10 - d00) * fx;
-        let lower = d01 + (d11 - d01) * fx;
-        upper + (lower - upper) * fy
+        let taps = self.taps(uv);
+        let d00 = self.texel(texels, taps.x0, taps.y0);
+        let d10 = self.texel(texels, taps.x1, taps.y0);
+        let d01 = self.texel(texels, taps.x0, taps.y1);
+        let d11 = self.texel(texels, taps.x1, taps.y1);
+        taps.mix(d00, d10, d01, d11)
+    }
+
+    /// The depth map of relief mapping at `uv`: the depth fraction at which the
+    /// pattern grown by `profile` is solid, bilinear between texels as a depth
+    /// texture would be.
+    #[inline]
+    pub fn relief_depth<T: Texels + ?Sized>(
+        &self,
+        texels: &T,
+        profile: &Profile,
+        uv: Vec2,
+    ) -> Real {
+        let taps = self.taps(uv);
+        let d00 = profile.depth_of(self.texel(texels, taps.x0, taps.y0));
+        let d10 = profile.depth_of(self.texel(texels, taps.x1, taps.y0));
+        let d01 = profile.depth_of(self.texel(texels, taps.x0, taps.y1));
+        let d11 = profile.depth_of(self.texel(texels, taps.x1, taps.y1));
+        taps.mix(d00, d10, d01, d11)
     }
 
     /// The gradient of the distance at `uv`, texels per texel, by central
     /// differences over [`GRADIENT_REACH`] texels on each side: the bilinear
     /// surface itself has a crease at every texel, and the outline of a binary
     /// pattern is a staircase.
+    ///
+    /// The paper's form stores normals instead, since its distances are too coarse.
     #[inline]
     pub fn gradient<T: Texels + ?Sized>(&self, texels: &T, uv: Vec2) -> Vec2 {
+        if self.format == FORMAT_PAPER {
+            let taps = self.taps(uv);
+            let n00 = self.stored_normal(texels, taps.x0, taps.y0);
+            let n10 = self.stored_normal(texels, taps.x1, taps.y0);
+            let n01 = self.stored_normal(texels, taps.x0, taps.y1);
+            let n11 = self.stored_normal(texels, taps.x1, taps.y1);
+            return Vec2::new(
+                taps.mix(n00.x, n10.x, n01.x, n11.x),
+                taps.mix(n00.y, n10.y, n01.y, n11.y),
+            );
+        }
         let dx = Vec2::new(div(GRADIENT_REACH, self.size.x), 0.0);
         let dy = Vec2::new(0.0, div(GRADIENT_REACH, self.size.y));
         Vec2::new(
             self.distance(texels, uv + dx) - self.distance(texels, uv - dx),
             self.distance(texels, uv + dy) - self.distance(texels, uv - dy),
-        ) * (0.5 / GRADIENT_REACH)
+        ) * GRADIENT_SCALE
     }
 }
 
 /// Half the span of the differences that make a gradient, texels: a power of two.
 pub const GRADIENT_REACH: Real = 2.0;
+
+/// 1 / (2 · [`GRADIENT_REACH`]).
+const GRADIENT_SCALE: Real = 0.25;
 
 /// The texel `i` and the next one, wrapped into 0…`last`; `i` is −1…`last`
 /// (the clamp keeps a NaN of the caller inside the map).
@@ -123,7 +221,7 @@ pub struct SafeStep {
 }
 
 impl SafeStep {
-    /// The bounds of a map whose code has steps of `step` texels.
+    /// The bounds of a map whose stored distances lie up to `quantum` texels under the true ones.
     ///
     /// Bilinear interpolation of 1-Lipschitz samples is √2-Lipschitz, and
     /// rounding down to steps adds a step to the difference of two samples. By
@@ -131,10 +229,10 @@ impl SafeStep {
     /// √((f + ½)² − ½) − ½ − √½ from the pattern's edge; that is no less than
     /// f − 0.8365 for f ≥ 1.5, which needs no root in the loop.
     #[inline]
-    pub fn new(step: Real) -> SafeStep {
+    pub fn new(quantum: Real) -> SafeStep {
         SafeStep {
-            lipschitz: div(SQRT_HALF, 1.0 + step),
-            margin: 0.8365 + step,
+            lipschitz: div(SQRT_HALF, 1.0 + quantum),
+            margin: 0.8365 + quantum,
         }
     }
 
@@ -204,49 +302,83 @@ pub(crate) mod tests {
         values: Vec<f64>,
     }
 
-    /// log₂ of the texels in a word, and the step of the code in texels. The
-    /// first is as fine as f32.
-    pub(crate) const CODES: [(u32, f64); 8] = [
-        (0, FINEST),
-        (0, 1.0 / 4096.0),
-        (1, 1.0 / 256.0),
-        (1, 1.0 / 16.0),
-        (1, 0.5),
-        (2, 1.0 / 256.0),
-        (2, 1.0 / 16.0),
-        (2, 0.5),
+    /// A form of storage: format, log₂ of the texels in a word, and step in texels.
+    pub(crate) type Form = (u32, u32, f64);
+
+    /// All forms, from the finest to the coarsest. Some saturate.
+    pub(crate) const FORMS: [Form; 9] = [
+        (FORMAT_FLOAT, 0, 0.0),
+        (FORMAT_CODES, 1, 1.0 / 256.0),
+        (FORMAT_CODES, 1, 1.0 / 16.0),
+        (FORMAT_CODES, 1, 0.5),
+        (FORMAT_CODES, 2, 1.0 / 256.0),
+        (FORMAT_CODES, 2, 1.0 / 16.0),
+        (FORMAT_CODES, 2, 0.5),
+        (FORMAT_PAPER, 0, 1.0 / 16.0),
+        (FORMAT_PAPER, 0, 0.5),
     ];
-    /// 2⁻¹⁸: up to 64 texels in f32's 24 bits.
-    const FINEST: f64 = 1.0 / 262_144.0;
+
+    /// Fixed-point codes of `values`, rounded down, their bias, and what they stand for.
+    fn codes(values: &[f64], packing: u32, step: f64) -> (Vec<u32>, u32, Vec<f64>) {
+        let largest = (1i64 << (32 >> packing)) - 1;
+        let counts: Vec<i64> = values.iter().map(|v| (v / step).floor() as i64).collect();
+        let lowest = counts.iter().copied().min().unwrap();
+        let bias = (-lowest).clamp(0, (largest + 1) / 2);
+        let codes: Vec<i64> = counts
+            .iter()
+            .map(|count| (count + bias).clamp(0, largest))
+            .collect();
+        let stored = codes.iter().map(|c| (c - bias) as f64 * step).collect();
+        let codes = codes.iter().map(|&code| code as u32).collect();
+        (codes, bias as u32, stored)
+    }
+
+    /// The paper's RGBA8 words of `values`, without normals, and what they stand for.
+    fn paper_words(values: &[f64], step: f64) -> (Vec<u32>, Vec<f64>) {
+        values
+            .iter()
+            .map(|&value| {
+                if value < 0.0 {
+                    return (0, -0.5);
+                }
+                // Counted from pixel centre to pixel centre.
+                let count = ((value + 0.5) / step).floor().min(255.0);
+                let word = 255 << 24 | (count as u32) << 16;
+                (word, (count * step - 0.5).max(0.5))
+            })
+            .unzip()
+    }
 
     impl Sample {
         /// Rounds `values` (texels, rows from the top) down to steps; what does
-        /// not fit the code saturates.
-        pub(crate) fn new(width: usize, values: &[f64], (packing, step): (u32, f64)) -> Sample {
-            let bits = 32 >> packing;
-            let largest = if bits == 32 {
-                1 << 30
+        /// not fit the form saturates.
+        pub(crate) fn new(width: usize, values: &[f64], form: Form) -> Sample {
+            let (format, packing, step) = form;
+            let (words, bias, stored) = if format == FORMAT_FLOAT {
+                let stored: Vec<f32> = values.iter().map(|&value| value as f32).collect();
+                let words = stored.iter().map(|value| value.to_bits()).collect();
+                (words, 0, stored.into_iter().map(f64::from).collect())
+            } else if format == FORMAT_PAPER {
+                let (words, stored) = paper_words(values, step);
+                (words, 0, stored)
             } else {
-                (1i64 << bits) - 1
+                let (codes, bias, stored) = codes(values, packing, step);
+                let mut words = vec![0u32; values.len().div_ceil(1 << packing)];
+                for (i, code) in codes.into_iter().enumerate() {
+                    let lane = i & ((1 << packing) - 1);
+                    words[i >> packing] |= code << (lane as u32 * (32 >> packing));
+                }
+                (words, bias, stored)
             };
-            let counts: Vec<i64> = values.iter().map(|v| (v / step).floor() as i64).collect();
-            let lowest = counts.iter().copied().min().unwrap();
-            let bias = (-lowest).clamp(0, (largest + 1) / 2);
-            let codes: Vec<i64> = counts
-                .iter()
-                .map(|count| (count + bias).clamp(0, largest))
-                .collect();
-            let mut words = vec![0u32; values.len().div_ceil(1 << packing)];
-            for (i, &code) in codes.iter().enumerate() {
-                words[i >> packing] |= (code as u32) << ((i & ((1 << packing) - 1)) * bits);
-            }
             let height = values.len() / width;
             Sample {
                 object: Object {
                     map_size: [width as f32, height as f32],
                     map_step: step as f32,
-                    map_bias: bias as u32,
+                    map_quantum: step as f32,
+                    map_bias: bias,
                     map_packing: packing,
+                    map_format: format,
                     depth: 1.0,
                     chamfer: 1.0,
                     ..Object::default()
@@ -254,26 +386,23 @@ pub(crate) mod tests {
                 words,
                 width,
                 height,
-                values: codes
-                    .iter()
-                    .map(|code| (code - bias) as f64 * step)
-                    .collect(),
+                values: stored,
             }
         }
 
         /// The signed distances of a pattern.
-        pub(crate) fn of_pattern(width: usize, pattern: &[bool], code: (u32, f64)) -> Sample {
-            Sample::new(width, &signed_distances(width, pattern), code)
+        pub(crate) fn of_pattern(width: usize, pattern: &[bool], form: Form) -> Sample {
+            Sample::new(width, &signed_distances(width, pattern), form)
         }
 
-        /// A random pattern of 1…40 × 1…40 texels in a random code.
+        /// A random pattern of 1…40 × 1…40 texels in a random form.
         pub(crate) fn random(random: &mut Random) -> Sample {
             let (width, pattern) = random_pattern(random);
-            let code = random.choose(&CODES);
-            Sample::of_pattern(width, &pattern, code)
+            let form = random.choose(&FORMS);
+            Sample::of_pattern(width, &pattern, form)
         }
 
-        /// Makes the map no distance field any more: all values times `factor`.
+        /// Makes a map of codes no distance field any more: all values times `factor`.
         pub(crate) fn steepen(&mut self, factor: f32) {
             self.object.map_step *= factor;
             self.values
@@ -406,13 +535,13 @@ pub(crate) mod tests {
             // Rows and columns of a single texel, too.
             if case % 4 == 0 {
                 let (width, mut pattern) = random_pattern(&mut random);
-                let code = random.choose(&CODES);
+                let form = random.choose(&FORMS);
                 sample = match case % 3 {
-                    0 => Sample::of_pattern(1, &pattern, code),
-                    1 => Sample::of_pattern(pattern.len(), &pattern, code),
+                    0 => Sample::of_pattern(1, &pattern, form),
+                    1 => Sample::of_pattern(pattern.len(), &pattern, form),
                     _ => {
                         pattern.truncate(1);
-                        Sample::of_pattern(width.min(1), &pattern, code)
+                        Sample::of_pattern(width.min(1), &pattern, form)
                     }
                 };
             }
@@ -447,22 +576,18 @@ pub(crate) mod tests {
 
     #[test]
     fn every_texel_is_found_at_its_centre_in_every_repeat() {
-        for code in CODES {
-            // Multiples of every step, in the range of every code.
-            let values: Vec<f64> = (0..15).map(|i| f64::from(i % 4) * 0.5 - 0.5).collect();
-            let sample = Sample::new(5, &values, code);
+        for form in FORMS {
+            let values: Vec<f64> = (0..15).map(|i| f64::from(i * i % 17) * 0.5 - 0.5).collect();
+            let sample = Sample::new(5, &values, form);
             let map = sample.map();
-            let range = if code == (2, 1.0 / 256.0) { 0.5 } else { 2.0 };
-            for (i, &value) in values.iter().enumerate() {
+            for (i, &stored) in sample.values.iter().enumerate() {
                 for repeat in [-1.0, 0.0, 3.0] {
                     let uv = Vec2::new(
                         (i % 5) as f32 * 0.2 + 0.1 + repeat,
                         ((i / 5) as f32 + 0.5) / 3.0 - repeat,
                     );
                     let found = f64::from(map.distance(&sample.words[..], uv));
-                    if value < range {
-                        assert!((found - value).abs() < 1e-5, "{found} {value} {code:?}");
-                    }
+                    assert!((found - stored).abs() < 2e-5, "{found} {stored} {form:?}");
                 }
             }
         }
@@ -470,7 +595,7 @@ pub(crate) mod tests {
 
     #[test]
     fn a_map_of_one_texel_is_constant() {
-        let sample = Sample::new(1, &[2.5], CODES[2]);
+        let sample = Sample::new(1, &[2.5], FORMS[2]);
         for uv in [0.0, 0.25, 0.5, 0.99, -3.7] {
             let found = sample.map().distance(&sample.words[..], Vec2::splat(uv));
             assert_eq!(found, 2.5);
@@ -509,11 +634,12 @@ pub(crate) mod tests {
         let mut random = Random(2);
         for case in 0..300 {
             let (width, height) = (random.whole(1, 9), random.whole(1, 9));
-            let packing = case % 3;
+            let (format, packing, _) = FORMS[case % FORMS.len()];
             let map = ShapeMap::new(&Object {
                 map_size: [width as f32, height as f32],
                 map_step: 0.5,
                 map_packing: packing,
+                map_format: format,
                 ..Object::default()
             });
             let texels = Bounded((width * height).div_ceil(1 << packing));
@@ -536,7 +662,7 @@ pub(crate) mod tests {
     #[test]
     fn the_gradient_of_a_straight_edge_is_one_across_it() {
         let pattern: Vec<bool> = (0..32 * 16).map(|i| i % 32 < 16).collect();
-        let sample = Sample::of_pattern(32, &pattern, CODES[0]);
+        let sample = Sample::of_pattern(32, &pattern, FORMS[0]);
         let map = sample.map();
         // The edges lie at u = ½ (rising) and u = 0 (falling).
         let rising = map.gradient(&sample.words[..], Vec2::new(0.5, 0.3));
@@ -544,11 +670,27 @@ pub(crate) mod tests {
         assert!((rising - Vec2::X).length() < 1e-4, "{rising}");
         assert!((falling + Vec2::X).length() < 1e-4, "{falling}");
         let pattern: Vec<bool> = (0..32 * 16).map(|i| i / 32 < 8).collect();
-        let sample = Sample::of_pattern(32, &pattern, CODES[0]);
+        let sample = Sample::of_pattern(32, &pattern, FORMS[0]);
         let down = sample
             .map()
             .gradient(&sample.words[..], Vec2::new(0.3, 0.5));
         assert!((down - Vec2::Y).length() < 1e-4, "{down}");
+    }
+
+    #[test]
+    fn the_paper_form_stores_its_normals() {
+        let map = ShapeMap::new(&Object {
+            map_size: [2.0, 1.0],
+            map_step: 1.0,
+            map_format: FORMAT_PAPER,
+            ..Object::default()
+        });
+        // R and G are 255 and 0 at the left, 0 and 255 at the right.
+        let words = [0xff07_00ff_u32, 0xff07_ff00];
+        let gradient = |u| map.gradient(&words[..], Vec2::new(u, 0.5));
+        assert!((gradient(0.25) - Vec2::new(1.0, -1.0)).length() < 1e-6);
+        assert!((gradient(0.75) - Vec2::new(-1.0, 1.0)).length() < 1e-6);
+        assert!(gradient(0.5).length() < 1e-6);
     }
 
     /// Rounding aside: f and r are f32s of up to 64, wrong by a few 2⁻¹⁸.
@@ -568,8 +710,7 @@ pub(crate) mod tests {
         for _ in 0..maps {
             let sample = Sample::random(&mut random);
             let map = sample.map();
-            let step = sample.object.map_step;
-            let safe = SafeStep::new(if step == FINEST as f32 { 0.0 } else { step });
+            let safe = SafeStep::new(map.quantum);
             for _ in 0..rays {
                 let uv = Vec2::new(
                     random.within(0.0, 1.0) as f32,
@@ -601,8 +742,11 @@ pub(crate) mod tests {
                 if sunk > worst {
                     worst = sunk;
                     description = format!(
-                        "{} × {} texels in steps of {step}, from {from:?} by {displacement:?}: f = {f}, r = {radius}, sinks to {least}",
-                        sample.width, sample.height
+                        "{} × {} texels in format {} with steps of {}, from {from:?} by {displacement:?}: f = {f}, r = {radius}, sinks to {least}",
+                        sample.width,
+                        sample.height,
+                        sample.object.map_format,
+                        sample.object.map_step
                     );
                 }
             }

@@ -1,17 +1,21 @@
 //! `relievo bake`.
 
 use super::progress::Bar;
-use super::{BakeArguments, say};
+use super::{Arguments, BakeArguments, Format, say};
+use clap::CommandFactory;
+use clap::error::ErrorKind;
 use relievo::Error;
-use relievo::shape_map::{Pattern, PatternOptions, Storage, bake};
+use relievo::shape_map::{Encoding, Pattern, PatternOptions, ShapeMap, Storage, bake};
 use std::time::Instant;
 
 pub fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
-    let storage = if arguments.bits == "8" {
-        Storage::Bits8
-    } else {
-        Storage::Bits16
-    };
+    let encoding = encoding(arguments).unwrap_or_else(|error| error.exit());
+    let output = &arguments.output;
+    // Said before the work, and again by `save`.
+    encoding
+        .storage()
+        .check_extension(output)
+        .map_err(Error::from)?;
     let options = PatternOptions {
         threshold: arguments.threshold,
         invert: arguments.invert,
@@ -21,26 +25,124 @@ pub fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
     let start = Instant::now();
     let map = {
         let bar = Bar::new();
-        bake(&pattern, storage, &|fraction| {
+        bake(&pattern, encoding, &|fraction| {
             bar.show("distances".to_string(), fraction);
         })
     };
     let seconds = start.elapsed().as_secs_f64();
-    map.save_png(&arguments.output).map_err(Error::from)?;
+    map.save(output)?;
     say(format_args!(
-        "{}: {} × {} texels, {} bits, distances from {} to {} texels in steps of {}{}, baked in {seconds:.3} s",
-        arguments.output.display(),
+        "{}: {}, baked in {seconds:.3} s",
+        output.display(),
+        describe(&map)
+    ))
+}
+
+/// The storage and scale that are asked for, or what is wrong with them.
+fn encoding(arguments: &BakeArguments) -> Result<Encoding, clap::Error> {
+    let wrong = |kind, message: String| Arguments::command().error(kind, message);
+    let storage = match (arguments.bits.as_deref(), arguments.format) {
+        (Some("8"), _) | (None, Format::R8) => Storage::R8,
+        (Some(_), _) | (None, Format::R16) => Storage::R16,
+        (None, Format::R32f) => Storage::R32F,
+        (None, Format::Rgba8) => Storage::Rgba8,
+    };
+    match arguments.scale {
+        None => Ok(storage.into()),
+        Some(scale) if storage == Storage::Rgba8 => Encoding::rgba8(scale)
+            .map_err(|error| wrong(ErrorKind::ValueValidation, format!("--scale: {error}"))),
+        Some(_) => Err(wrong(
+            ErrorKind::ArgumentConflict,
+            "--scale is for --format rgba8; leave it out".to_string(),
+        )),
+    }
+}
+
+/// What a map holds, in one line.
+pub(super) fn describe(map: &ShapeMap) -> String {
+    let storage = map.storage();
+    let mut text = format!(
+        "{} × {} texels as {storage} ({} bits), {} bytes, distances from {} to {} texels",
         map.width(),
         map.height(),
-        arguments.bits,
+        storage.bits(),
+        size_of_val(map.words()),
         map.min_distance(),
         map.max_distance(),
-        map.step(),
-        if map.saturated() {
-            " (farther ones saturate)"
-        } else {
-            ""
-        },
-    ))?;
-    Ok(())
+    );
+    if map.step() > 0.0 {
+        text += &format!(" in steps of {}", map.step());
+    }
+    if map.saturated() {
+        text += " (farther ones saturate)";
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Command;
+    use super::*;
+    use clap::Parser;
+
+    fn parse(options: &str) -> Result<Encoding, clap::Error> {
+        let line = format!("relievo bake pattern.png -o map.png {options}");
+        let arguments = Arguments::try_parse_from(line.split_whitespace())?;
+        let Command::Bake(arguments) = arguments.command else {
+            unreachable!("the line says bake");
+        };
+        encoding(&arguments)
+    }
+
+    #[test]
+    fn formats() {
+        for (options, encoding) in [
+            ("", Storage::R16.into()),
+            ("--bits 8", Storage::R8.into()),
+            ("--bits 16", Storage::R16.into()),
+            ("--format r8", Storage::R8.into()),
+            ("--format r16", Storage::R16.into()),
+            ("--format r32f", Storage::R32F.into()),
+            ("--format rgba8", Storage::Rgba8.into()),
+            (
+                "--format rgba8 --scale 0.25",
+                Encoding::rgba8(0.25).unwrap(),
+            ),
+        ] {
+            assert_eq!(parse(options).unwrap(), encoding, "{options}");
+        }
+    }
+
+    #[test]
+    fn what_does_not_fit_is_wrong_usage() {
+        for (options, part) in [
+            ("--bits 8 --format r8", "cannot be used with"),
+            ("--bits 8 --format r16", "cannot be used with"),
+            ("--scale 0.5", "--format rgba8"),
+            ("--format r32f --scale 1", "--format rgba8"),
+            ("--format rgba8 --scale 0", "up to 1"),
+            ("--format rgba8 --scale nan", "up to 1"),
+            ("--format rgba8 --scale much", "--scale"),
+            ("--format r9", "r32f"),
+        ] {
+            let error = parse(options).unwrap_err();
+            assert_eq!(error.exit_code(), 2, "{options}");
+            assert!(error.to_string().contains(part), "{options}: {error}");
+        }
+    }
+
+    #[test]
+    fn descriptions() {
+        let pattern = Pattern::from_fn(16, 8, |x, _| x == 0).unwrap();
+        let describe = |encoding: Encoding| describe(&bake(&pattern, encoding, &|_| ()));
+        let text = describe(Storage::R32F.into());
+        assert_eq!(
+            text,
+            "16 × 8 texels as r32f (32 bits), 512 bytes, distances from -0.5 to 7.5 texels"
+        );
+        let text = describe(Encoding::rgba8(0.5).unwrap());
+        assert!(text.contains("as rgba8 (32 bits)"), "{text}");
+        assert!(text.contains("in steps of 0.0156"), "{text}");
+        assert!(text.contains("saturate"), "{text}");
+    }
 }

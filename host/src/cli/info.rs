@@ -1,5 +1,6 @@
 //! `relievo info`.
 
+use super::bake::describe;
 use super::session::{Loaded, load};
 use super::{InfoArguments, say};
 use relievo::render::gpu::adapters;
@@ -96,15 +97,9 @@ fn show(Loaded { scene, prepared }: &Loaded) -> anyhow::Result<()> {
             say(format_args!("    {remark}"))?;
         }
         say(format_args!(
-            "  shape {}: {} × {} texels of {} bits, {} bytes, distances from {} to {} texels in steps of {}",
+            "  shape {}: {}",
             object.shape.display(),
-            map.width(),
-            map.height(),
-            map.storage().bits(),
-            size_of_val(map.words()),
-            map.min_distance(),
-            map.max_distance(),
-            map.step()
+            describe(map)
         ))?;
         let parameters = &prepared.parameters;
         say(format_args!(

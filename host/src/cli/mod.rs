@@ -36,7 +36,7 @@ pub struct Arguments {
 enum Command {
     /// Draw a scene
     Render(RenderArguments),
-    /// Turn a pattern into a shape map (a PNG of distances) that scenes can use
+    /// Turn a pattern into a shape map (its distances, in a file) that scenes can use
     Bake(BakeArguments),
     /// Show what a scene loads, and the adapters of this machine
     Info(InfoArguments),
@@ -55,6 +55,19 @@ pub enum Backend {
     Gpu,
     /// The CPU
     Cpu,
+}
+
+/// Which compiled shaders to use.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum ShaderChoice {
+    /// All that the adapter takes
+    All,
+    /// Those that give the CPU's words
+    Exact,
+    /// Those that are optimised freely
+    Fast,
+    /// The latter, through naga
+    Portable,
 }
 
 #[derive(Args)]
@@ -78,16 +91,36 @@ struct RenderArguments {
     aov: Option<PathBuf>,
 }
 
+/// How a baked texel is stored.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Format {
+    /// 8-bit signed distances (PNG)
+    R8,
+    /// 16-bit signed distances (PNG)
+    R16,
+    /// 32-bit floating-point signed distances (OpenEXR)
+    R32f,
+    /// The paper's shape map: normal, distance and shape, 8 bits each (PNG)
+    Rgba8,
+}
+
 #[derive(Args)]
 struct BakeArguments {
     /// The pattern: an image, of which the dark pixels are extruded
     pattern: PathBuf,
-    /// The shape map
-    #[arg(short, long, value_name = "MAP.png")]
+    /// The shape map: a .png file, or .exr for r32f
+    #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
-    /// Bits of a stored distance
-    #[arg(long, default_value = "16", value_parser = ["8", "16"])]
-    bits: String,
+    /// How distances are stored
+    #[arg(long, value_enum, default_value_t = Format::R16)]
+    format: Format,
+    /// Short for --format r8 or r16
+    #[arg(long, value_parser = ["8", "16"], conflicts_with = "format")]
+    bits: Option<String>,
+    /// rgba8 only: the share of the largest distance (above 0, up to 1) that
+    /// the 8 bits cover; farther ones saturate [default: 1]
+    #[arg(long, value_name = "F")]
+    scale: Option<f32>,
     /// A pixel is pattern where its luma is below this
     #[arg(long, default_value_t = 128, value_parser = clap::value_parser!(u8).range(1..))]
     threshold: u8,
@@ -113,12 +146,9 @@ struct VerifyArguments {
     /// Size of the pictures, in place of the scenes'
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Load the shaders through naga also where the driver takes them untouched
-    #[arg(long)]
-    naga: bool,
-    /// Fail (exit code 1) where more than this share of the pixels differs
-    #[arg(long, value_name = "SHARE", default_value_t = 1.0, value_parser = parse_share)]
-    tolerate: f64,
+    /// Which shaders to compare; differences of the exact ones are an error (exit code 1)
+    #[arg(long, value_enum, default_value_t = ShaderChoice::All)]
+    shaders: ShaderChoice,
 }
 
 #[derive(Args)]

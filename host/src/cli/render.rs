@@ -5,21 +5,23 @@ use super::{RenderArguments, say};
 use relievo::Error;
 use relievo::aov::save_exr;
 use relievo::picture::Picture;
-use std::path::PathBuf;
+use relievo::scene::Scene;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
     let Loaded { scene, prepared } = load(&arguments.scene, arguments.size)?;
-    let (mut renderer, line) =
-        choose_renderer(arguments.backend, arguments.adapter.as_deref(), &prepared)
-            .map_err(Error::from)?;
-    say(format_args!("{line}"))?;
-
     let output = arguments.output.clone().unwrap_or_else(|| {
         let mut name = arguments.scene.file_stem().unwrap_or_default().to_owned();
         name.push(".png");
         PathBuf::from(name)
     });
+    check_outputs(&scene, &output, arguments.aov.as_deref())?;
+    let (mut renderer, line) =
+        choose_renderer(arguments.backend, arguments.adapter.as_deref(), &prepared)
+            .map_err(Error::from)?;
+    say(format_args!("{line}"))?;
+
     let factor = prepared.supersampling;
     let start = Instant::now();
     let words = renderer
@@ -27,16 +29,44 @@ pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
         .map_err(Error::from)?;
     tracing::info!("rendered in {:.3} s", start.elapsed().as_secs_f64());
     let software = concat!("relievo ", env!("CARGO_PKG_VERSION"));
-    Picture::develop(&words, factor).save_png(
-        &output,
-        &[("Software", software), ("relievo-scene", &scene.text)],
-    )?;
+    Picture::develop(&words, factor)
+        .map_err(Error::from)?
+        .save_png(
+            &output,
+            &[("Software", software), ("relievo-scene", &scene.text)],
+        )?;
     say(format_args!("{}", output.display()))?;
 
     if let Some(path) = &arguments.aov {
         let words = renderer.geometry(&prepared.frame).map_err(Error::from)?;
         save_exr(path, &words, &scene, &prepared)?;
         say(format_args!("{}", path.display()))?;
+    }
+    Ok(())
+}
+
+/// What is written must not be what was read, nor one file twice.
+fn check_outputs(scene: &Scene, output: &Path, aov: Option<&Path>) -> anyhow::Result<()> {
+    let inputs = std::iter::once(&scene.path).chain(
+        scene
+            .objects
+            .iter()
+            .flat_map(|object| [&object.mesh, &object.shape]),
+    );
+    let inputs: Vec<PathBuf> = inputs.filter_map(|path| path.canonicalize().ok()).collect();
+    for path in [Some(output), aov].into_iter().flatten() {
+        if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
+            anyhow::bail!(
+                "{} is a file that the scene reads; choose another name for the output",
+                path.display()
+            );
+        }
+    }
+    if aov == Some(output) {
+        anyhow::bail!(
+            "{} cannot be both the picture and its --aov; choose another name for one of them",
+            output.display()
+        );
     }
     Ok(())
 }

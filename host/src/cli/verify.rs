@@ -1,68 +1,69 @@
 //! `relievo verify`.
 
 use super::session::load;
-use super::{VerifyArguments, say};
+use super::{ShaderChoice, VerifyArguments, say};
 use anyhow::bail;
 use relievo::Error;
-use relievo::prepare::PreparedScene;
-use relievo::render::gpu::{Found, ShaderPath, choose};
-use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
+use relievo::render::gpu::{Found, Shaders, choose};
+use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::verify::{Agreement, compare};
 
 pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
     let found = choose(arguments.adapter.as_deref()).map_err(Error::from)?;
-    let path = if found.takes_spirv() && !arguments.naga {
-        ShaderPath::Passthrough
-    } else {
-        ShaderPath::Naga
-    };
-    say(format_args!(
-        "{}, shaders {}, against the CPU",
-        found.describe(),
-        if path == ShaderPath::Passthrough {
-            "untouched"
-        } else {
-            "through naga"
-        }
-    ))?;
+    say(format_args!("{}, against the CPU", found.describe()))?;
+    let wanted = shaders(arguments.shaders, &found)?;
     let mut failed = Vec::new();
     for scene in &arguments.scenes {
         let loaded = load(scene, arguments.size)?;
-        let agreement = agreement(&loaded.prepared, &found, path).map_err(Error::from)?;
-        say(format_args!(
-            "{}: {}",
-            scene.display(),
-            describe(&agreement)
-        ))?;
-        if agreement.color_pixels as f64 > arguments.tolerate * agreement.pixels as f64 {
-            failed.push(scene.display().to_string());
+        let frame = &loaded.prepared.frame;
+        let mut cpu = CpuRenderer::new(&loaded.prepared);
+        let cpu_color = cpu.color(frame).map_err(Error::from)?;
+        let cpu_geometry = cpu.geometry(frame).map_err(Error::from)?;
+        for &shaders in &wanted {
+            let mut gpu = GpuRenderer::with_shaders(&loaded.prepared, &found, shaders)
+                .map_err(Error::from)?;
+            let gpu_color = gpu.color(frame).map_err(Error::from)?;
+            let gpu_geometry = gpu.geometry(frame).map_err(Error::from)?;
+            let agreement = compare([&gpu_color, &cpu_color], [&gpu_geometry, &cpu_geometry]);
+            say(format_args!(
+                "{}, {}: {}",
+                scene.display(),
+                shaders.describe(),
+                describe(&agreement)
+            ))?;
+            if shaders == Shaders::Exact && !agreement.is_exact() {
+                failed.push(scene.display().to_string());
+            }
         }
     }
     if !failed.is_empty() {
         bail!(
-            "more than {} of the pixels differ in {}",
-            arguments.tolerate,
+            "the exact shaders differ from the CPU in {}",
             failed.join(", ")
         );
     }
     Ok(())
 }
 
-/// Renders colours and geometry on both sides and compares.
-fn agreement(
-    scene: &PreparedScene,
-    found: &Found,
-    path: ShaderPath,
-) -> Result<Agreement, RenderError> {
-    let mut gpu = GpuRenderer::with_shader_path(scene, found, path)?;
-    let mut cpu = CpuRenderer::new(scene);
-    let frame = &scene.frame;
-    let (gpu_color, gpu_geometry) = (gpu.color(frame)?, gpu.geometry(frame)?);
-    let (cpu_color, cpu_geometry) = (cpu.color(frame)?, cpu.geometry(frame)?);
-    Ok(compare(
-        [&gpu_color, &cpu_color],
-        [&gpu_geometry, &cpu_geometry],
-    ))
+/// The shaders to compare: those asked for, or all that the adapter takes.
+fn shaders(choice: ShaderChoice, found: &Found) -> anyhow::Result<Vec<Shaders>> {
+    let wanted = match choice {
+        ShaderChoice::All => vec![Shaders::Exact, Shaders::Fast, Shaders::Portable],
+        ShaderChoice::Exact => vec![Shaders::Exact],
+        ShaderChoice::Fast => vec![Shaders::Fast],
+        ShaderChoice::Portable => vec![Shaders::Portable],
+    };
+    let possible: Vec<Shaders> = wanted
+        .into_iter()
+        .filter(|shaders| found.takes_spirv() || !shaders.is_untouched())
+        .collect();
+    if possible.is_empty() {
+        bail!(
+            "{} takes no SPIR-V untouched, which these shaders need; use --shaders portable",
+            found.describe()
+        );
+    }
+    Ok(possible)
 }
 
 fn describe(agreement: &Agreement) -> String {

@@ -50,6 +50,13 @@ impl SourceMesh {
                 path: path.to_owned(),
             });
         }
+        // A pipe or a device might never end.
+        if path.exists() && !path.is_file() {
+            return Err(MeshError::Read {
+                path: path.to_owned(),
+                source: std::io::Error::other("it is not a regular file; name an OBJ file"),
+            });
+        }
         let bytes = fs::read(path).map_err(|source| MeshError::Read {
             path: path.to_owned(),
             source,

@@ -1,7 +1,7 @@
 //! The renderer on the CPU: a bounding volume hierarchy finds the triangles on
 //! a pixel's ray, and the shared code does the rest, rows in parallel.
 
-use super::{ColorWords, GeometryWords, RenderError, Renderer, background_words};
+use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
 use crate::prepare::PreparedScene;
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -12,7 +12,7 @@ use obvhs::ray::Ray;
 use rayon::prelude::*;
 use relievo_shared::camera::{pixel_ray, reversed_depth};
 use relievo_shared::fragment::{self, Entry, Hit};
-use relievo_shared::layout::{Frame, Object};
+use relievo_shared::layout::{Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF};
 use relievo_shared::normals::CLASS_MISS;
 use std::time::Duration;
 
@@ -79,7 +79,12 @@ impl<'a> CpuRenderer<'a> {
                 return;
             }
             let texels = object.map.words();
-            let hit = fragment::trace(frame, &object.parameters, texels, direction, &entry);
+            let trace = match object.parameters.search {
+                SEARCH_PAPER => fragment::trace::<SEARCH_PAPER, [u32]>,
+                SEARCH_RELIEF => fragment::trace::<SEARCH_RELIEF, [u32]>,
+                _ => fragment::trace::<SEARCH_EXTRUSION, [u32]>,
+            };
+            let hit = trace(frame, &object.parameters, texels, direction, &entry);
             // The order of drawing decides between equal depths, as on a GPU.
             let wins = match &nearest {
                 _ if hit.class == CLASS_MISS => false,
@@ -156,7 +161,23 @@ fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
 
 impl Nearest<'_> {
     fn normal(&self, direction: Vec3) -> Vec3 {
-        fragment::normal(self.object, self.texels, direction, &self.entry, &self.hit)
+        fragment::normals(self.object, self.texels, direction, &self.entry, &self.hit).carved
+    }
+
+    fn color(&self, frame: &Frame, direction: Vec3) -> Vec3 {
+        let Nearest {
+            object,
+            texels,
+            entry,
+            hit,
+            ..
+        } = self;
+        let color = if object.self_shadow != 0 {
+            fragment::color::<true, [u32]>
+        } else {
+            fragment::color::<false, [u32]>
+        };
+        color(frame, object, texels, direction, entry, hit)
     }
 }
 
@@ -168,10 +189,10 @@ impl Renderer for CpuRenderer<'_> {
     fn color(&mut self, frame: &Frame) -> Result<ColorWords, RenderError> {
         self.reach_for(frame);
         let [width, height] = frame.size.map(|side| side as u32);
-        let mut words = vec![background_words(self.scene); width as usize * height as usize];
+        let count = width as usize * height as usize;
+        let mut words = allocate("the picture", count, background_words(self.scene))?;
         self.for_each_pixel(frame, &mut words, |pixel, direction, nearest| {
-            let normal = nearest.normal(direction);
-            let rgb = fragment::color(frame, nearest.object, direction, &nearest.hit, normal);
+            let rgb = nearest.color(frame, direction);
             *pixel = [
                 rgb.x.to_bits(),
                 rgb.y.to_bits(),
@@ -189,21 +210,27 @@ impl Renderer for CpuRenderer<'_> {
     fn geometry(&mut self, frame: &Frame) -> Result<GeometryWords, RenderError> {
         self.reach_for(frame);
         let [width, height] = frame.size.map(|side| side as u32);
-        let mut both = vec![([0; 4], [0; 4]); width as usize * height as usize];
+        let count = width as usize * height as usize;
+        let mut both = allocate("the picture's geometry", count, ([0; 4], [0; 4]))?;
         self.for_each_pixel(frame, &mut both, |pixel, direction, nearest| {
             let hit = &nearest.hit;
             let normal = nearest.normal(direction);
             *pixel = (
                 [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(f32::to_bits),
                 [
-                    hit.class,
+                    fragment::class_and_steps(hit),
                     normal.x.to_bits(),
                     normal.y.to_bits(),
                     normal.z.to_bits(),
                 ],
             );
         });
-        let (place, surface) = both.into_iter().unzip();
+        let mut place = allocate("the picture's geometry", count, [0; 4])?;
+        let mut surface = allocate("the picture's geometry", count, [0; 4])?;
+        for (i, (hit_place, hit_surface)) in both.into_iter().enumerate() {
+            place[i] = hit_place;
+            surface[i] = hit_surface;
+        }
         Ok(GeometryWords {
             width,
             height,

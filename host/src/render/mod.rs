@@ -38,8 +38,20 @@ pub struct GeometryWords {
     pub height: u32,
     /// (t, u, v, δ) of each pixel, rows from the top.
     pub place: Vec<[u32; 4]>,
-    /// (class, N.x, N.y, N.z) of each pixel.
+    /// (class + 256 · steps, N.x, N.y, N.z) of each pixel.
     pub surface: Vec<[u32; 4]>,
+}
+
+impl GeometryWords {
+    /// Surface class of pixel number `index`.
+    pub fn class(&self, index: usize) -> u32 {
+        self.surface[index][0] & 255
+    }
+
+    /// Steps of the linear search in pixel number `index`; 0 where nothing was hit.
+    pub fn steps(&self, index: usize) -> u32 {
+        self.surface[index][0] >> 8
+    }
 }
 
 /// The machine cannot render this.
@@ -60,6 +72,16 @@ pub enum RenderError {
         adapter: String,
         /// Why.
         message: String,
+    },
+    /// There is not enough memory for the picture.
+    #[error(
+        "not enough memory for {what} ({bytes} bytes); make the picture smaller (--size, or supersample = false)"
+    )]
+    Memory {
+        /// What does not fit.
+        what: String,
+        /// Its size.
+        bytes: usize,
     },
     /// The scene is larger than the adapter's limits.
     #[error(
@@ -99,4 +121,21 @@ pub trait Renderer {
 fn background_words(scene: &PreparedScene) -> [u32; 4] {
     let [r, g, b] = scene.background.map(f32::to_bits);
     [r, g, b, relievo_shared::normals::CLASS_MISS]
+}
+
+/// `count` copies of `value`, or an error where the memory does not suffice.
+pub(crate) fn allocate<T: Clone>(
+    what: &str,
+    count: usize,
+    value: T,
+) -> Result<Vec<T>, RenderError> {
+    let mut buffer = Vec::new();
+    buffer
+        .try_reserve_exact(count)
+        .map_err(|_| RenderError::Memory {
+            what: what.to_string(),
+            bytes: count.saturating_mul(size_of::<T>()),
+        })?;
+    buffer.resize(count, value);
+    Ok(buffer)
 }

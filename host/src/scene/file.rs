@@ -2,7 +2,7 @@
 
 use super::{
     Camera, Color, Extrusion, LARGEST_PICTURE_SIDE, LARGEST_STEPS, Light, Material, Scene,
-    SceneError, SceneObject, Tier,
+    SceneError, SceneObject, Search, Tier,
 };
 use crate::mesh::Projection;
 use serde::Deserialize;
@@ -57,6 +57,7 @@ enum Technique {
     Outward,
     Beveled,
     Chamfered,
+    Relief,
 }
 
 #[derive(Deserialize)]
@@ -76,6 +77,8 @@ struct ObjectTable {
     bisections: Option<Spanned<i64>>,
     #[serde(default)]
     cut_out: bool,
+    #[serde(default)]
+    self_shadow: bool,
     projection: Option<Projection>,
     threshold: Option<Spanned<i64>>,
     #[serde(default)]
@@ -302,6 +305,14 @@ fn object(
         )?,
     };
     let mesh = folder.join(table.mesh.get_ref());
+    let technique = technique(table);
+    let tier = table.tier.unwrap_or(Tier::Fast);
+    // The paper's own numbers for what is the paper's.
+    let (steps, bisections) = if tier == Tier::Paper || technique == Technique::Relief {
+        (25, 5)
+    } else {
+        (96, 8)
+    };
     Ok(SceneObject {
         name: table.name.clone().unwrap_or_else(|| {
             mesh.file_stem().map_or_else(
@@ -313,11 +324,17 @@ fn object(
         shape: folder.join(table.shape.get_ref()),
         repeat,
         depth,
-        extrusion: extrusion(check, table, &key)?,
-        tier: table.tier.unwrap_or(Tier::Fast),
-        steps: check.whole(&table.steps, &key("steps"), 96, 1, LARGEST_STEPS)?,
-        bisections: check.whole(&table.bisections, &key("bisections"), 8, 0, 64)?,
+        extrusion: extrusion(check, table, technique, &key)?,
+        search: if technique == Technique::Relief {
+            Search::Relief
+        } else {
+            Search::Extrusion
+        },
+        tier,
+        steps: check.whole(&table.steps, &key("steps"), steps, 1, LARGEST_STEPS)?,
+        bisections: check.whole(&table.bisections, &key("bisections"), bisections, 0, 64)?,
         cut_out: table.cut_out,
+        self_shadow: table.self_shadow,
         projection: table.projection,
         threshold: check.whole(&table.threshold, &key("threshold"), 128, 1, 255)? as u8,
         invert: table.invert,
@@ -328,25 +345,30 @@ fn object(
     })
 }
 
+/// The technique as given, or as the parameters say.
+fn technique(table: &ObjectTable) -> Technique {
+    table
+        .technique
+        .unwrap_or(match (&table.chamfer, &table.bevel, &table.extension) {
+            (Some(_), _, _) => Technique::Chamfered,
+            (None, Some(_), _) => Technique::Beveled,
+            (None, None, Some(_)) => Technique::Outward,
+            (None, None, None) => Technique::Basic,
+        })
+}
+
 /// The technique's parameters; a parameter that the technique does not have is a mistake.
 fn extrusion(
     check: &Checker<'_>,
     table: &ObjectTable,
+    technique: Technique,
     key: &dyn Fn(&str) -> String,
 ) -> Result<Extrusion, SceneError> {
-    let technique =
-        table
-            .technique
-            .unwrap_or(match (&table.chamfer, &table.bevel, &table.extension) {
-                (Some(_), _, _) => Technique::Chamfered,
-                (None, Some(_), _) => Technique::Beveled,
-                (None, None, Some(_)) => Technique::Outward,
-                (None, None, None) => Technique::Basic,
-            });
     let (has_bevel, has_chamfer) = match technique {
         Technique::Basic | Technique::Outward => (false, false),
         Technique::Beveled => (true, false),
-        Technique::Chamfered => (true, true),
+        // A depth map can hold any profile.
+        Technique::Chamfered | Technique::Relief => (true, true),
     };
     let forbid = |value: &Option<Spanned<f64>>, name: &str, instead: &str| match value {
         Some(value) => Err(check.wrong(
@@ -378,6 +400,12 @@ fn extrusion(
     } else {
         0.0
     };
+    // Relief mapping has no bevel but the one that is asked for.
+    let (bevel_default, chamfer_default) = if technique == Technique::Relief {
+        (0.0, 1.0)
+    } else {
+        (0.08, 0.6)
+    };
     Ok(Extrusion {
         extension: check.within(
             &table.extension,
@@ -387,12 +415,12 @@ fn extrusion(
             2.0,
         )?,
         bevel: if has_bevel {
-            check.within(&table.bevel, &key("bevel"), 0.08, 0.0, 10.0)?
+            check.within(&table.bevel, &key("bevel"), bevel_default, 0.0, 10.0)?
         } else {
             0.0
         },
         chamfer: if has_chamfer {
-            check.within(&table.chamfer, &key("chamfer"), 0.6, 0.0, 1.0)?
+            check.within(&table.chamfer, &key("chamfer"), chamfer_default, 0.0, 1.0)?
         } else {
             1.0
         },

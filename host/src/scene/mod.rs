@@ -126,6 +126,8 @@ pub enum Tier {
     Planar,
     /// Along the local quadric, with facet depth.
     Fast,
+    /// The paper's algorithms as printed, mistakes included.
+    Paper,
 }
 
 impl Tier {
@@ -134,8 +136,18 @@ impl Tier {
         match self {
             Tier::Planar => relievo_shared::layout::TIER_PLANAR,
             Tier::Fast => relievo_shared::layout::TIER_FAST,
+            Tier::Paper => relievo_shared::layout::TIER_PAPER,
         }
     }
+}
+
+/// How the first hit on a ray is searched for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Search {
+    /// By steps through the distance map that cannot skip the pattern.
+    Extrusion,
+    /// Relief mapping: by equal steps through a depth map of the same pattern.
+    Relief,
 }
 
 /// Colours and gloss of an object.
@@ -168,8 +180,10 @@ pub struct SceneObject {
     pub repeat: [f64; 2],
     /// S_z, world units; `None` is 4 % of the mesh's diagonal.
     pub depth: Option<f64>,
-    /// The technique.
+    /// The technique's parameters.
     pub extrusion: Extrusion,
+    /// How hits are searched for.
+    pub search: Search,
     /// The model of the surface.
     pub tier: Tier,
     /// Largest number of steps of the linear search.
@@ -178,6 +192,8 @@ pub struct SceneObject {
     pub bisections: u32,
     /// No floor.
     pub cut_out: bool,
+    /// Columns throw shadows on the object they stand on.
+    pub self_shadow: bool,
     /// Texture coordinates for a mesh that has none.
     pub projection: Option<Projection>,
     /// A pixel is pattern where its luma is below this.
@@ -192,6 +208,18 @@ pub struct SceneObject {
     pub rotate: [f64; 3],
     /// Translation, last.
     pub translate: [f64; 3],
+}
+
+impl SceneObject {
+    /// The number of the search in the shared layouts.
+    pub fn search_code(&self) -> u32 {
+        use relievo_shared::layout::{SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF};
+        match (self.search, self.tier) {
+            (Search::Relief, _) => SEARCH_RELIEF,
+            (Search::Extrusion, Tier::Paper) => SEARCH_PAPER,
+            (Search::Extrusion, Tier::Planar | Tier::Fast) => SEARCH_EXTRUSION,
+        }
+    }
 }
 
 impl Scene {

@@ -441,7 +441,7 @@ pub(super) mod tests {
         let started = std::time::Instant::now();
         let field = field(&pattern);
         let transformed = started.elapsed();
-        super::super::ShapeMap::encode(&field, super::super::Storage::Bits16);
+        super::super::ShapeMap::encode(&field, super::super::Storage::R16);
         println!(
             "transform {transformed:?}, with encoding {:?}",
             started.elapsed()

@@ -77,33 +77,37 @@ pub enum ShapeMapError {
         height: u32,
     },
 
-    /// The storage has no place in a PNG.
-    #[error("cannot write `{}`: a PNG holds at most 16 bits per texel, so bake with 16-bit storage", path.display())]
-    StorageNotInPng {
+    /// A scale for the paper's form that leaves no distances.
+    #[error("the scale {scale} cannot be used: give one above 0 and up to 1")]
+    InvalidScale {
+        /// The scale, f.
+        scale: f32,
+    },
+
+    /// The file's name does not fit the form of the map.
+    #[error(
+        "cannot keep a shape map of the form {storage} in `{}`: give the file the extension .{} (r8, r16 and rgba8 are kept in .png files, r32f in .exr)",
+        path.display(),
+        storage.extension()
+    )]
+    WrongExtension {
         /// The file that was to be written.
         path: PathBuf,
+        /// The form of the map.
+        storage: super::Storage,
     },
 
-    /// The file cannot be written.
-    #[error("cannot write `{}`: check that its folder exists, may be written and has space", path.display())]
-    Write {
-        /// The file.
-        path: PathBuf,
-        /// The system's reason.
-        source: std::io::Error,
-    },
-
-    /// The shape map is not a PNG, or damaged.
-    #[error("cannot decode `{}` as a shape map PNG: bake it again from its pattern", path.display())]
+    /// The shape map is neither a PNG nor an OpenEXR file, or damaged.
+    #[error("cannot decode `{}` as a shape map: bake it again from its pattern", path.display())]
     DecodeShapeMap {
         /// The file.
         path: PathBuf,
         /// The decoder's reason.
-        source: png::DecodingError,
+        source: Box<dyn std::error::Error + Send + Sync>,
     },
 
-    /// A PNG without the description that a baked map carries.
-    #[error("`{}` is a PNG but not a baked shape map: bake it, or load it as a pattern", path.display())]
+    /// An image without the description that a baked map carries.
+    #[error("`{}` is an image but not a baked shape map: bake it, or load it as a pattern", path.display())]
     NotAShapeMap {
         /// The file.
         path: PathBuf,

@@ -8,6 +8,8 @@
 //! With `-- --check` it writes nothing and fails where the committed files are
 //! not, byte for byte, what the sources give.
 
+mod exact;
+
 use anyhow::{Context, Result, bail};
 use relievo_shader_manifest::{
     MANIFEST_FILE, Manifest, Module, SHADER_FOLDER, Toolchain, digest, source_digests,
@@ -22,7 +24,10 @@ use std::process::Command;
 const NIGHTLY: &str = "nightly-2026-08-15";
 const RUST_GPU: &str = "0.11.0";
 const TARGET: &str = "spirv-unknown-vulkan1.1";
-const MODULE: &str = "relievo.spv";
+/// Optimised freely, for any backend, through naga too.
+const FAST_MODULE: &str = "relievo_fast.spv";
+/// Gives the CPU's words; reaches the driver untouched.
+const EXACT_MODULE: &str = "relievo_exact.spv";
 
 fn main() -> Result<()> {
     let check = match std::env::args().skip(1).collect::<Vec<_>>().as_slice() {
@@ -63,42 +68,69 @@ fn main() -> Result<()> {
 
 /// Every file of the shader folder, by name.
 fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
-    // Beside the builder's own target folder: both are worth caching.
-    let target_folder = std::env::current_exe()?
-        .ancestors()
-        .nth(2)
-        .context("the program lies in a target folder")?
-        .join("spirv");
-    let mut spirv = SpirvBuilder::new(root.join("shader-crate"), TARGET)
-        .deny_warnings(true)
-        .spirv_metadata(SpirvMetadata::None)
-        .target_dir_path(target_folder);
-    spirv.toolchain_overwrite = Some(NIGHTLY.to_string());
-    let result = spirv.build().context("rust-gpu did not compile shader-crate")?;
-    let bytes = std::fs::read(result.module.unwrap_single())?;
+    let (fast, entry_points) = run_rust_gpu(root, "fast", &[])?;
+    let (unoptimized, _) = run_rust_gpu(root, "exact", &["--no-spirv-opt"])?;
+    let exact = exact::make(&unoptimized).context("the exact module")?;
 
-    let mut entry_points = result.entry_points.clone();
-    entry_points.sort();
+    let mut files = BTreeMap::new();
+    let mut modules = BTreeMap::new();
+    for (name, purpose, words) in [
+        (FAST_MODULE, "optimised freely by spirv-opt", fast),
+        (
+            EXACT_MODULE,
+            "every float operation NoContraction, then optimised; opcodes from an allow-list",
+            exact,
+        ),
+    ] {
+        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+        modules.insert(
+            name.to_string(),
+            Module {
+                purpose: purpose.to_string(),
+                sha256: digest(&bytes),
+                bytes: bytes.len() as u64,
+                entry_points: entry_points.clone(),
+            },
+        );
+        files.insert(name.to_string(), bytes);
+    }
     let manifest = Manifest {
         toolchain: Toolchain {
             rustc: rustc_version()?,
             rust_gpu: RUST_GPU.to_string(),
             target: TARGET.to_string(),
         },
-        modules: BTreeMap::from([(
-            MODULE.to_string(),
-            Module {
-                sha256: digest(&bytes),
-                bytes: bytes.len() as u64,
-                entry_points,
-            },
-        )]),
+        modules,
         sources: source_digests(root)?,
     };
-    Ok(BTreeMap::from([
-        (MODULE.to_string(), bytes),
-        (MANIFEST_FILE.to_string(), manifest.to_text().into_bytes()),
-    ]))
+    files.insert(MANIFEST_FILE.to_string(), manifest.to_text().into_bytes());
+    Ok(files)
+}
+
+/// Compiles the shader crate; gives the module's words and its entry points, sorted.
+fn run_rust_gpu(root: &Path, variant: &str, arguments: &[&str]) -> Result<(Vec<u32>, Vec<String>)> {
+    // Beside the builder's own target folder: both are worth caching.
+    let target_folder = std::env::current_exe()?
+        .ancestors()
+        .nth(2)
+        .context("the program lies in a target folder")?
+        .join("spirv")
+        .join(variant);
+    let mut spirv = SpirvBuilder::new(root.join("shader-crate"), TARGET)
+        .deny_warnings(true)
+        .spirv_metadata(SpirvMetadata::None)
+        .target_dir_path(target_folder);
+    spirv.toolchain_overwrite = Some(NIGHTLY.to_string());
+    spirv.extra_args = arguments.iter().map(|argument| argument.to_string()).collect();
+    let result = spirv.build().context("rust-gpu did not compile shader-crate")?;
+    let bytes = std::fs::read(result.module.unwrap_single())?;
+    let words = bytes
+        .chunks_exact(4)
+        .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
+        .collect();
+    let mut entry_points = result.entry_points.clone();
+    entry_points.sort();
+    Ok((words, entry_points))
 }
 
 fn rustc_version() -> Result<String> {

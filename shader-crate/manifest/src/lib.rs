@@ -68,6 +68,8 @@ pub struct Toolchain {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Module {
+    /// What it is for, and how it was made.
+    pub purpose: String,
     /// SHA-256 of the file, hexadecimal.
     pub sha256: String,
     /// Size of the file, bytes.

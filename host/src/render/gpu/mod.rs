@@ -1,31 +1,21 @@
 //! The renderer on a GPU, through wgpu, without a window.
 
 mod adapter;
+mod shaders;
 
 pub use adapter::{Found, adapters, choose};
+pub use shaders::Shaders;
 
-use super::{ColorWords, GeometryWords, RenderError, Renderer, background_words};
+use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
 use crate::prepare::PreparedScene;
 use relievo_shared::layout::Frame;
-use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::mem::size_of;
 use std::sync::mpsc;
-
-/// The compiled shaders (see `assets/shaders/manifest.toml`).
-static SHADERS: &[u8] = include_bytes!("../../../../assets/shaders/relievo.spv");
 
 /// Bits of f32 in, bits of f32 out: nothing is filtered, blended or rounded.
 const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-
-/// How the module reaches the driver.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ShaderPath {
-    /// Untouched; Vulkan only.
-    Passthrough,
-    /// Through naga, which every backend of wgpu can take.
-    Naga,
-}
 
 /// Renders one scene on a GPU. Buffers and pipelines are made once; a frame
 /// writes its camera and draws.
@@ -35,8 +25,6 @@ pub struct GpuRenderer {
     queue: wgpu::Queue,
     frame_buffer: wgpu::Buffer,
     objects: Vec<GpuObject>,
-    color_pipeline: wgpu::RenderPipeline,
-    geometry_pipeline: wgpu::RenderPipeline,
     background: wgpu::Color,
     targets: Option<Targets>,
 }
@@ -44,6 +32,8 @@ pub struct GpuRenderer {
 struct GpuObject {
     bindings: wgpu::BindGroup,
     vertices: u32,
+    color_pipeline: wgpu::RenderPipeline,
+    geometry_pipeline: wgpu::RenderPipeline,
 }
 
 /// What is drawn to and read back from, kept while the size stays.
@@ -63,24 +53,24 @@ impl GpuRenderer {
     /// # Errors
     /// [`RenderError::Device`], or [`RenderError::Limit`] where the scene does not fit.
     pub fn new(scene: &PreparedScene, found: &Found) -> Result<GpuRenderer, RenderError> {
-        let path = if found.takes_spirv() {
-            ShaderPath::Passthrough
+        let shaders = if found.takes_spirv() {
+            Shaders::Exact
         } else {
-            ShaderPath::Naga
+            Shaders::Portable
         };
-        GpuRenderer::with_shader_path(scene, found, path)
+        GpuRenderer::with_shaders(scene, found, shaders)
     }
 
-    /// As [`GpuRenderer::new`], with a choice of how the shaders are loaded.
+    /// As [`GpuRenderer::new`], with a choice of the shaders.
     ///
     /// # Errors
     /// As [`GpuRenderer::new`].
-    pub fn with_shader_path(
+    pub fn with_shaders(
         scene: &PreparedScene,
         found: &Found,
-        path: ShaderPath,
+        shaders: Shaders,
     ) -> Result<GpuRenderer, RenderError> {
-        let description = found.describe();
+        let description = format!("{}, {}", found.describe(), shaders.describe());
         let (device, queue) = found.open()?;
         let guarded = Guard::new(&device, &description);
         let limits = device.limits();
@@ -107,16 +97,23 @@ impl GpuRenderer {
             }
         }
 
-        let module = load_module(&device, path);
+        let module = shaders.load(&device);
         let layout = bind_group_layout(&device);
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("relievo"),
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let color_pipeline = pipeline(&device, &pipeline_layout, &module, "fragment_color", 1);
-        let geometry_pipeline =
-            pipeline(&device, &pipeline_layout, &module, "fragment_geometry", 2);
+        // Objects that need the same entry point share its pipeline.
+        let mut pipelines: BTreeMap<&str, wgpu::RenderPipeline> = BTreeMap::new();
+        let mut pipeline = |entry_point: &'static str, targets: usize| {
+            pipelines
+                .entry(entry_point)
+                .or_insert_with(|| {
+                    make_pipeline(&device, &pipeline_layout, &module, entry_point, targets)
+                })
+                .clone()
+        };
 
         let storage = |label: &str, bytes: &[u8]| {
             let buffer = device.create_buffer(&wgpu::BufferDescriptor {
@@ -161,6 +158,8 @@ impl GpuRenderer {
             objects.push(GpuObject {
                 bindings,
                 vertices: 6 * object.triangles.len() as u32,
+                color_pipeline: pipeline(shaders::color_entry_point(&object.parameters), 1),
+                geometry_pipeline: pipeline(shaders::geometry_entry_point(&object.parameters), 2),
             });
         }
         guarded.finish()?;
@@ -172,8 +171,6 @@ impl GpuRenderer {
             queue,
             frame_buffer,
             objects,
-            color_pipeline,
-            geometry_pipeline,
             background: wgpu::Color { r, g, b, a },
             targets: None,
         })
@@ -243,12 +240,12 @@ impl GpuRenderer {
                 occlusion_query_set: None,
                 multiview_mask: None,
             });
-            pass.set_pipeline(if geometry {
-                &self.geometry_pipeline
-            } else {
-                &self.color_pipeline
-            });
             for object in &self.objects {
+                pass.set_pipeline(if geometry {
+                    &object.geometry_pipeline
+                } else {
+                    &object.color_pipeline
+                });
                 pass.set_bind_group(0, &object.bindings, &[]);
                 pass.draw(0..object.vertices, 0..1);
             }
@@ -306,16 +303,16 @@ impl GpuRenderer {
             .recv()
             .map_err(|error| self.failed(error.to_string()))?
             .map_err(|error| self.failed(error.to_string()))?;
-        let mut words = Vec::with_capacity(targets.width as usize * targets.height as usize);
+        let count = targets.width as usize * targets.height as usize;
+        let mut words = allocate("the picture", count, [0; 4])?;
         {
             let bytes = slice
                 .get_mapped_range()
                 .map_err(|error| self.failed(error.to_string()))?;
             let row_bytes = targets.width as usize * size_of::<[u32; 4]>();
-            for row in bytes.chunks(targets.stride as usize) {
-                for texel in row[..row_bytes].chunks_exact(size_of::<[u32; 4]>()) {
-                    words.push(bytemuck::pod_read_unaligned(texel));
-                }
+            let rows = bytes.chunks(targets.stride as usize);
+            for (pixels, row) in words.chunks_mut(targets.width as usize).zip(rows) {
+                bytemuck::cast_slice_mut(pixels).copy_from_slice(&row[..row_bytes]);
             }
         }
         targets.read_back[index].unmap();
@@ -448,36 +445,6 @@ impl<'a> Guard<'a> {
     }
 }
 
-fn load_module(device: &wgpu::Device, path: ShaderPath) -> wgpu::ShaderModule {
-    let words = wgpu::util::make_spirv_raw(SHADERS);
-    match path {
-        ShaderPath::Passthrough => {
-            let entry_points = ["vertex", "fragment_color", "fragment_geometry"]
-                .into_iter()
-                .map(|name| wgpu::PassthroughShaderEntryPoint {
-                    name: Cow::Borrowed(name),
-                    workgroup_size: (1, 1, 1),
-                })
-                .collect();
-            // SAFETY: the module was validated when it was built, its bindings
-            // are those of `bind_group_layout`, and `shared` keeps its indices
-            // within the buffers.
-            unsafe {
-                device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
-                    label: Some("relievo"),
-                    entry_points,
-                    spirv: Some(words),
-                    ..Default::default()
-                })
-            }
-        }
-        ShaderPath::Naga => device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some("relievo"),
-            source: wgpu::ShaderSource::SpirV(words),
-        }),
-    }
-}
-
 /// Four read-only storage buffers: frame, object, triangles, texels.
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let entries: Vec<_> = (0..4)
@@ -498,7 +465,7 @@ fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     })
 }
 
-fn pipeline(
+fn make_pipeline(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,
     module: &wgpu::ShaderModule,
@@ -515,7 +482,7 @@ fn pipeline(
         layout: Some(layout),
         vertex: wgpu::VertexState {
             module,
-            entry_point: Some("vertex"),
+            entry_point: Some(shaders::VERTEX),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[],
         },

@@ -1,0 +1,86 @@
+//! Relief mapping, the baseline of the paper's comparison: equal steps along
+//! the ray through a depth map of the same pattern, then bisection (Policarpo,
+//! Oliveira, Comba, 2005); on a bent path it is curved relief mapping (Oliveira
+//! and Policarpo, 2005). Its steps may skip what is thinner than they are long.
+
+use crate::Real;
+use crate::arithmetic::{clamp, div};
+use crate::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March};
+use crate::path::Path;
+use crate::profile::Profile;
+use crate::shape_map::{ShapeMap, Texels};
+
+/// A hit this near to δ = 1 is the floor.
+const FLOOR: Real = 0.999;
+
+/// Steps along `path` in `linear_steps` equal parts until it is below the
+/// depth map, then bisects `binary_steps` times.
+#[inline]
+pub fn search<P: Path, T: Texels + ?Sized>(
+    path: &P,
+    profile: &Profile,
+    map: &ShapeMap,
+    texels: &T,
+    linear_steps: u32,
+    binary_steps: u32,
+) -> March {
+    let start = path.start();
+    let end = path.end();
+    let step = div(end - start, linear_steps as i32 as Real);
+    let below = |s: Real| {
+        let depth = map.relief_depth(texels, profile, path.uv(s));
+        clamp(path.depth_fraction(s), 0.0, 1.0) >= depth
+    };
+    if below(start) {
+        return March {
+            end: if start > 0.0 { END_SIDE } else { END_CAP },
+            s: start,
+            uv: path.uv(start),
+            depth_fraction: clamp(path.depth_fraction(start), 0.0, 1.0),
+            steps: 0,
+        };
+    }
+    let mut before = start;
+    let mut s = start;
+    let mut steps = 0;
+    let mut met = false;
+    while steps < linear_steps && !met {
+        before = s;
+        steps += 1;
+        s = start + step * (steps as i32 as Real);
+        // The last point of a path that leaves through the cap lies on the cap.
+        met = (steps < linear_steps || path.ends_on_floor()) && s <= end && below(s);
+    }
+    if !met {
+        let on_floor = path.ends_on_floor();
+        return March {
+            end: if on_floor { END_FLOOR } else { END_MISS },
+            s: end,
+            uv: path.uv(end),
+            depth_fraction: if on_floor { 1.0 } else { 0.0 },
+            steps,
+        };
+    }
+    let mut bisections = binary_steps;
+    while bisections > 0 {
+        let middle = 0.5 * (before + s);
+        if below(middle) {
+            s = middle;
+        } else {
+            before = middle;
+        }
+        bisections -= 1;
+    }
+    let depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
+    March {
+        end: if depth_fraction >= FLOOR {
+            END_FLOOR
+        } else {
+            END_SIDE
+        },
+        s,
+        uv: path.uv(s),
+        depth_fraction,
+        steps,
+    }
+}

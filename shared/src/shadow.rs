@@ -1,0 +1,152 @@
+//! Shadows that columns throw on the object they stand on: a second march,
+//! from the hit towards the light, through the same shell.
+
+use crate::arithmetic::{div, max, normalize_or, sqrt};
+use crate::layout::{Object, TIER_FAST};
+use crate::march::{END_MISS, march};
+use crate::normals::CLASS_CAP;
+use crate::path::Path;
+use crate::profile::Profile;
+use crate::shape_map::{ShapeMap, Texels};
+use crate::surface::Surface;
+use crate::{Real, Vec2, Vec3};
+
+/// How far a shadow ray starts from the surface, texels: beyond the error of
+/// the hit and the stairs of the pattern's outline.
+const CLEARANCE: Real = 1.5;
+
+/// A ray from a point inside the shell towards the light.
+struct LightPath {
+    uv: Vec2,
+    velocity: Vec2,
+    depth_fraction: Real,
+    slope: Real,
+    bend: Real,
+    inverse_depth: Real,
+    end: Real,
+}
+
+impl Path for LightPath {
+    #[inline]
+    fn uv(&self, s: Real) -> Vec2 {
+        self.uv + self.velocity * s
+    }
+
+    #[inline]
+    fn depth_fraction(&self, s: Real) -> Real {
+        self.depth_fraction + s * (self.slope - self.bend * s) * self.inverse_depth
+    }
+
+    #[inline]
+    fn uv_rate(&self) -> Vec2 {
+        self.velocity
+    }
+
+    #[inline]
+    fn depth_rate(&self) -> Real {
+        // It rises all the way: the pattern only gets thinner.
+        0.0
+    }
+
+    #[inline]
+    fn start(&self) -> Real {
+        0.0
+    }
+
+    #[inline]
+    fn end(&self) -> Real {
+        self.end
+    }
+
+    #[inline]
+    fn ends_on_floor(&self) -> bool {
+        false
+    }
+}
+
+/// A point of the carved surface, as [`lit`] wants it.
+#[derive(Clone, Copy)]
+pub struct ShadowPoint {
+    /// Surface class.
+    pub class: u32,
+    /// Texture coordinates, repeats.
+    pub uv: Vec2,
+    /// δ.
+    pub depth_fraction: Real,
+    /// Unit normal of the carved surface.
+    pub normal: Vec3,
+    /// Unit normal of the smooth surface.
+    pub surface_normal: Vec3,
+}
+
+/// Whether the light in direction `to_light` reaches `point`, as far as the
+/// columns around it are concerned.
+#[inline]
+pub fn lit<T: Texels + ?Sized>(
+    object: &Object,
+    map: &ShapeMap,
+    texels: &T,
+    surface: &Surface,
+    point: &ShadowPoint,
+    to_light: Vec3,
+) -> bool {
+    // Nothing stands on the cap.
+    if point.class == CLASS_CAP {
+        return true;
+    }
+    let slope = -to_light.dot(point.surface_normal);
+    if slope >= 0.0 {
+        return false;
+    }
+    let x = to_light.dot(surface.tangent);
+    let y = to_light.dot(surface.bitangent);
+    let quadric = surface.quadric;
+    let bend = if object.tier == TIER_FAST {
+        quadric.x * x * x + quadric.y * x * y + quadric.z * y * y
+    } else {
+        0.0
+    };
+    // Off the wall, along the part of its normal that lies in the map.
+    let sideways = normalize_or(
+        point.normal - point.surface_normal * point.normal.dot(point.surface_normal),
+        Vec3::ZERO,
+    );
+    let uv_sideways = Vec2::new(
+        sideways.dot(surface.gradient_u),
+        sideways.dot(surface.gradient_v),
+    );
+    let texels_sideways = uv_sideways * map.size;
+    let length = sqrt(texels_sideways.dot(texels_sideways));
+    let off = if length > 1e-12 {
+        uv_sideways * div(CLEARANCE, length)
+    } else {
+        Vec2::ZERO
+    };
+    let height = point.depth_fraction * object.depth;
+    // A valley that bends up faster than the ray shades it.
+    let radicand = slope * slope + 4.0 * bend * height;
+    if radicand < 0.0 {
+        return false;
+    }
+    let path = LightPath {
+        uv: point.uv + off,
+        velocity: Vec2::new(
+            to_light.dot(surface.gradient_u),
+            to_light.dot(surface.gradient_v),
+        ),
+        depth_fraction: point.depth_fraction,
+        slope,
+        bend,
+        inverse_depth: div(1.0, object.depth),
+        end: div(2.0 * height, max(sqrt(radicand) - slope, 1e-12)),
+    };
+    let found = march(
+        &path,
+        &Profile::new(object),
+        map,
+        texels,
+        object.linear_steps,
+        0,
+    );
+    found.end == END_MISS
+}
