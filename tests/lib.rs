@@ -1,7 +1,5 @@
 //! Helpers of the cross-crate tests.
 
-pub mod torus_oracle;
-
 use std::path::{Path, PathBuf};
 
 /// The repository's root.

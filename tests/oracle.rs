@@ -1,10 +1,11 @@
 //! The torus against its oracle.
 
+use glam::DVec3;
+use relievo::oracle::{Accuracy, TorusOracle};
 use relievo::prepare::prepare;
 use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo_tests::asset;
-use relievo_tests::torus_oracle::{Accuracy, TorusOracle};
 
 fn accuracy(tier: &str) -> Accuracy {
     let text = format!(
@@ -19,10 +20,10 @@ fn accuracy(tier: &str) -> Accuracy {
         map: &prepared.objects[0].map,
         repeat: [24.0, 10.0],
         depth: 0.08,
-        radius: &|_| 0.0,
-        largest_radius: 0.0,
+        extrusion: scene.objects[0].extrusion,
     };
-    oracle.judge(&prepared, &words)
+    let eye = DVec3::from(prepared.camera.eye);
+    oracle.truth(eye, &prepared.frame).judge(&words)
 }
 
 /// The bounds lie just under what is measured: IoU .9847 and 95 interior holes

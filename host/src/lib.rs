@@ -11,15 +11,23 @@
 //! prepare    all of these → plain data for a renderer
 //! render     data → words of a picture, on the CPU or on a GPU, by the same code
 //! picture    words → PNG        aov  words → OpenEXR
+//! overlay    the polygon mesh over a picture
+//! oracle     words against what closed forms say
+//! gallery    the paper's figures as one page
 //! verify     GPU words against CPU words
+//! bench      how long frames take, beside the paper's table
 //! ```
 //!
 //! The mathematics stands in `relievo-shared`, and only there.
 
 pub mod aov;
+pub mod bench;
 pub mod error;
 pub mod file;
+pub mod gallery;
 pub mod mesh;
+pub mod oracle;
+pub mod overlay;
 pub mod picture;
 pub mod prepare;
 pub mod render;

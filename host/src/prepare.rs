@@ -5,7 +5,7 @@
 
 use crate::Error;
 use crate::mesh::{Bounds, Mesh, MeshOptions, MeshTriangle};
-use crate::scene::{Camera, Material, Scene, SceneObject};
+use crate::scene::{Camera, Extrusion, Material, Scene, SceneObject};
 use crate::shape_map::{Pattern, PatternOptions, ShapeMap, Storage, bake};
 use glam::{DQuat, DVec3, EulerRot};
 use rayon::prelude::*;
@@ -13,7 +13,7 @@ use relievo_shared::layout::{
     Corner, FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Frame, Object, Triangle,
 };
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -208,21 +208,12 @@ fn prepare_object(
     origin: DVec3,
 ) -> Result<PreparedObject, Error> {
     let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
-    let extrusion = object.extrusion;
-    let radius =
-        (extrusion.extension + extrusion.bevel * extrusion.chamfer) * f64::from(map.width());
-    if map.saturated() && radius >= f64::from(map.max_distance()) {
-        return Err(Error::Object {
+    let extrusion =
+        growth(object.extrusion, &object.shape, &map).map_err(|problem| Error::Object {
             scene: scene.path.clone(),
             name: object.name.clone(),
-            problem: format!(
-                "the pattern grows by e + b·c = {:.4} widths, but {} stores distances up to {:.4} widths only; make extension or bevel smaller, or bake the map with --bits 16",
-                radius / f64::from(map.width()),
-                object.shape.display(),
-                map.max_distance() / map.width() as f32,
-            ),
-        });
-    }
+            problem,
+        })?;
     let Material {
         cap,
         wall,
@@ -255,6 +246,7 @@ fn prepare_object(
             Storage::R32F | Storage::Rgba8 => 0,
         },
         map_quantum: map.quantum(),
+        map_reach: gradient_reach(map.width(), map.height()),
         map_format: match map.storage() {
             Storage::R8 | Storage::R16 => FORMAT_CODES,
             Storage::R32F => FORMAT_FLOAT,
@@ -275,6 +267,62 @@ fn prepare_object(
         map,
         mesh,
     })
+}
+
+/// Half the span of the differences that make the map's gradient, texels: a
+/// power of two, about a 256th of the map, since the outline of a binary
+/// pattern is a staircase, but less than would reach round a tiny map.
+fn gradient_reach(width: u32, height: u32) -> f32 {
+    let (shorter, longer) = (width.min(height), width.max(height));
+    let reach = (shorter / 256).clamp(1, 16);
+    let reach = (1u32 << reach.ilog2()) as f32;
+    // A side of one texel has no slope, whatever the reach.
+    let narrowest = if shorter > 1 { shorter } else { longer };
+    reach.min(0.25 * narrowest as f32)
+}
+
+/// The extrusion as `map` can carry it out, or what stands against it.
+fn growth(extrusion: Extrusion, shape: &Path, map: &ShapeMap) -> Result<Extrusion, String> {
+    let width = f64::from(map.width());
+    let largest = extrusion.extension + extrusion.bevel * extrusion.chamfer;
+    // No point of a map that repeats is further from its pattern.
+    let furthest = 0.5 * width.hypot(f64::from(map.height()));
+    if largest * width >= furthest {
+        // Everything is covered, unless there is nothing that could grow.
+        let is_empty = (0..map.height())
+            .into_par_iter()
+            .all(|y| (0..map.width()).all(|x| map.decode(x, y) > 0.0));
+        return Ok(if is_empty {
+            Extrusion {
+                extension: 0.0,
+                bevel: 0.0,
+                ..extrusion
+            }
+        } else {
+            extrusion
+        });
+    }
+    let better = match map.storage() {
+        Storage::R8 | Storage::Rgba8 => "bake the map with --format r16",
+        Storage::R16 | Storage::R32F => "bake the map with --format r32f",
+    };
+    if map.saturated() && largest * width >= f64::from(map.max_distance()) {
+        return Err(format!(
+            "the pattern grows by e + b·c = {largest:.4} widths, but {} holds distances up to {:.4} widths only; make extension or bevel smaller, or {better}",
+            shape.display(),
+            f64::from(map.max_distance()) / width,
+        ));
+    }
+    let has_bottom = map.saturated() || map.storage() == Storage::Rgba8;
+    if has_bottom && extrusion.extension * width <= f64::from(map.min_distance()) {
+        return Err(format!(
+            "the pattern shrinks by {:.4} widths, but {} holds distances down to {:.4} widths inside it only; make extension larger, or {better}",
+            -extrusion.extension,
+            shape.display(),
+            f64::from(map.min_distance()) / width,
+        ));
+    }
+    Ok(extrusion)
 }
 
 /// A triangle in the renderers' units: f32, positions relative to `origin`,

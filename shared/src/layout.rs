@@ -78,6 +78,8 @@ pub struct Object {
     pub map_step: Real,
     /// The largest amount by which a stored distance may lie under the true one, texels.
     pub map_quantum: Real,
+    /// Half the span of the differences that make the map's gradient, texels, > 0.
+    pub map_reach: Real,
     /// S_z: distance from the cap to the floor, object units, > 0.
     pub depth: Real,
     /// e: outward extension of the pattern, width units (section 2).
@@ -149,8 +151,8 @@ const _: () = {
     assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 240);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
-    assert!(size_of::<Object>() == 124 && align_of::<Object>() == 4);
-    assert!(offset_of!(Object, cap_color) == 36 && offset_of!(Object, shininess) == 84);
+    assert!(size_of::<Object>() == 128 && align_of::<Object>() == 4);
+    assert!(offset_of!(Object, cap_color) == 40 && offset_of!(Object, shininess) == 88);
 };
 
 /// A vector from three scalars of a layout.

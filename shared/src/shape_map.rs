@@ -27,6 +27,7 @@ pub struct ShapeMap {
     last_y: i32,
     /// The largest amount by which a stored distance may lie under the true one, texels.
     pub quantum: Real,
+    reach: Real,
     step: Real,
     format: u32,
     bias: i32,
@@ -68,6 +69,7 @@ impl ShapeMap {
             last_x: object.map_size[0] as i32 - 1,
             last_y: object.map_size[1] as i32 - 1,
             quantum: object.map_quantum,
+            reach: object.map_reach,
             step: object.map_step,
             format: object.map_format,
             bias: object.map_bias as i32,
@@ -168,7 +170,7 @@ impl ShapeMap {
     }
 
     /// The gradient of the distance at `uv`, texels per texel, by central
-    /// differences over [`GRADIENT_REACH`] texels on each side: the bilinear
+    /// differences over the object's `map_reach` on each side: the bilinear
     /// surface itself has a crease at every texel, and the outline of a binary
     /// pattern is a staircase.
     ///
@@ -186,20 +188,14 @@ impl ShapeMap {
                 taps.mix(n00.y, n10.y, n01.y, n11.y),
             );
         }
-        let dx = Vec2::new(div(GRADIENT_REACH, self.size.x), 0.0);
-        let dy = Vec2::new(0.0, div(GRADIENT_REACH, self.size.y));
+        let dx = Vec2::new(div(self.reach, self.size.x), 0.0);
+        let dy = Vec2::new(0.0, div(self.reach, self.size.y));
         Vec2::new(
             self.distance(texels, uv + dx) - self.distance(texels, uv - dx),
             self.distance(texels, uv + dy) - self.distance(texels, uv - dy),
-        ) * GRADIENT_SCALE
+        ) * div(0.5, self.reach)
     }
 }
-
-/// Half the span of the differences that make a gradient, texels: a power of two.
-pub const GRADIENT_REACH: Real = 2.0;
-
-/// 1 / (2 · [`GRADIENT_REACH`]).
-const GRADIENT_SCALE: Real = 0.25;
 
 /// The texel `i` and the next one, wrapped into 0…`last`; `i` is −1…`last`
 /// (the clamp keeps a NaN of the caller inside the map).
@@ -376,6 +372,7 @@ pub(crate) mod tests {
                     map_size: [width as f32, height as f32],
                     map_step: step as f32,
                     map_quantum: step as f32,
+                    map_reach: 2.0,
                     map_bias: bias,
                     map_packing: packing,
                     map_format: format,
@@ -636,6 +633,7 @@ pub(crate) mod tests {
             let (width, height) = (random.whole(1, 9), random.whole(1, 9));
             let (format, packing, _) = FORMS[case % FORMS.len()];
             let map = ShapeMap::new(&Object {
+                map_reach: 2.0,
                 map_size: [width as f32, height as f32],
                 map_step: 0.5,
                 map_packing: packing,
@@ -680,6 +678,7 @@ pub(crate) mod tests {
     #[test]
     fn the_paper_form_stores_its_normals() {
         let map = ShapeMap::new(&Object {
+            map_reach: 2.0,
             map_size: [2.0, 1.0],
             map_step: 1.0,
             map_format: FORMAT_PAPER,

@@ -1,28 +1,45 @@
 //! `relievo bench`.
 
+use super::progress::Bar;
 use super::session::load;
-use super::{BenchArguments, say};
+use super::{BenchSceneArguments, BenchTable1Arguments, Measured, say};
 use relievo::Error;
-use relievo::render::gpu::choose;
+use relievo::bench::{Backend, Summary, Table1, measure};
+use relievo::file::write_whole;
+use relievo::render::gpu::{Found, Shaders, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use std::io::Write;
+use std::path::Path;
 use std::time::Instant;
 
-pub fn run(arguments: &BenchArguments) -> anyhow::Result<()> {
-    let loaded = load(&arguments.scene, arguments.size)?;
+/// `relievo bench scene`.
+pub fn scenes(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
+    let found = adapter(arguments.adapter.as_deref(), false)?;
+    for path in &arguments.scenes {
+        scene(path, arguments, found.as_ref())?;
+    }
+    Ok(())
+}
+
+fn scene(
+    path: &Path,
+    arguments: &BenchSceneArguments,
+    found: Option<&Found>,
+) -> anyhow::Result<()> {
+    let loaded = load(path, arguments.size)?;
     let scene = &loaded.prepared;
     say(format_args!(
         "{}: {} × {} pixels, {} triangles; prepared in {:.1} ms",
-        arguments.scene.display(),
+        path.display(),
         scene.size[0],
         scene.size[1],
         scene.triangle_count(),
         1e3 * scene.preparation.as_secs_f64()
     ))?;
     let mut cpu = CpuRenderer::new(scene);
-    let mut gpu = match choose(arguments.adapter.as_deref()) {
-        Ok(found) => Some(GpuRenderer::new(scene, &found).map_err(Error::from)?),
-        Err(error) if arguments.adapter.is_some() => return Err(Error::from(error).into()),
-        Err(_) => None,
+    let mut gpu = match found {
+        Some(found) => Some(GpuRenderer::new(scene, found).map_err(Error::from)?),
+        None => None,
     };
     // In turn, so that a noisy machine disturbs both alike; the first round warms up.
     let (mut cpu_times, mut gpu_times) = (Vec::new(), Vec::new());
@@ -30,30 +47,118 @@ pub fn run(arguments: &BenchArguments) -> anyhow::Result<()> {
         let start = Instant::now();
         cpu.color(&scene.frame).map_err(Error::from)?;
         let cpu_time = start.elapsed();
-        let start = Instant::now();
-        if let Some(gpu) = &mut gpu {
-            gpu.draw_color(&scene.frame).map_err(Error::from)?;
-        }
-        let gpu_time = start.elapsed();
         if round > 0 {
             cpu_times.push(1e3 * cpu_time.as_secs_f64());
-            gpu_times.push(1e3 * gpu_time.as_secs_f64());
+        }
+        if let Some(gpu) = &mut gpu {
+            let gpu_time = gpu.time_color(&scene.frame).map_err(Error::from)?.wall;
+            if round > 0 {
+                gpu_times.push(1e3 * gpu_time.as_secs_f64());
+            }
         }
     }
-    report(&cpu.name(), &mut cpu_times)?;
+    report(&cpu.name(), &cpu_times)?;
     match &gpu {
-        Some(gpu) => report(&gpu.name(), &mut gpu_times),
+        Some(gpu) => report(&gpu.name(), &gpu_times),
         None => say(format_args!("no GPU adapter")),
     }
 }
 
-fn report(name: &str, times: &mut [f64]) -> anyhow::Result<()> {
-    times.sort_by(f64::total_cmp);
+fn report(name: &str, times: &[f64]) -> anyhow::Result<()> {
+    let Some(time) = Summary::of(times) else {
+        return Ok(());
+    };
     say(format_args!(
         "{name}: median {:.2} ms a frame, from {:.2} to {:.2}, {} frames",
-        times[times.len() / 2],
-        times[0],
-        times[times.len() - 1],
+        time.median,
+        time.minimum,
+        time.maximum,
         times.len()
     ))
+}
+
+/// The adapter with `wanted` in its name, or any; there must be one if it is
+/// named or `required`.
+fn adapter(wanted: Option<&str>, required: bool) -> Result<Option<Found>, Error> {
+    match choose(wanted) {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if required || wanted.is_some() => Err(error.into()),
+        Err(_) => Ok(None),
+    }
+}
+
+/// `relievo bench table1`.
+pub fn table1(arguments: &BenchTable1Arguments) -> anyhow::Result<()> {
+    let wanted = arguments.adapter.as_deref();
+    let found = match arguments.backend {
+        Measured::Cpu => None,
+        Measured::Gpu => adapter(wanted, true)?,
+        Measured::Both => adapter(wanted, false)?,
+    };
+    let mut backends = Vec::new();
+    if arguments.backend != Measured::Gpu {
+        backends.push(Backend::Cpu);
+    }
+    if let Some(found) = &found {
+        let shaders: &[Shaders] = if found.takes_spirv() {
+            &[Shaders::Exact, Shaders::Fast]
+        } else {
+            &[Shaders::Portable]
+        };
+        backends.extend(shaders.iter().map(|shaders| Backend::Gpu(found, *shaders)));
+    }
+
+    let table = {
+        let bar = Bar::new();
+        measure(
+            &backends,
+            arguments.size,
+            arguments.frames,
+            &arguments.assets,
+            &|message, fraction| bar.show(message, fraction),
+        )
+    };
+    let table = table.map_err(|error| match error {
+        Error::Mesh(_) | Error::ShapeMap(_) => {
+            let assets = arguments.assets.display();
+            anyhow::Error::from(error).context(format!(
+                "{assets} does not hold this project's meshes and patterns; name the folder that does with --assets"
+            ))
+        }
+        error => error.into(),
+    })?;
+    // First, so that a full disk does not lose the measurement.
+    say(format_args!("{}", table.to_string().trim_end()))?;
+    match &arguments.output {
+        Some(folder) => write_files(&table, folder),
+        None => Ok(()),
+    }
+}
+
+fn write_files(table: &Table1, folder: &Path) -> anyhow::Result<()> {
+    let plot = folder.join("table1.svg");
+    let svg = table.to_svg().map_err(|message| Error::Encode {
+        path: plot.clone(),
+        message,
+    })?;
+    let text = format!(
+        "# Table 1 of the paper, measured\n\n\
+         Made by `relievo bench table1`; all figures also stand in \
+         [table1.csv](table1.csv).\n\n![The times as bars](table1.svg)\n\n{table}"
+    );
+    for (path, content) in [
+        (folder.join("table1.csv"), table.to_csv()),
+        (plot, svg),
+        (folder.join("table1.md"), text),
+    ] {
+        write_whole(&path, |file| {
+            file.write_all(content.as_bytes())
+                .map_err(|source| Error::Write {
+                    path: path.clone(),
+                    source,
+                })
+        })?;
+        say(format_args!("{}", path.display()))?;
+    }
+    Ok(())
 }

@@ -2,6 +2,7 @@
 
 mod bake;
 mod bench;
+mod gallery;
 mod info;
 mod progress;
 mod render;
@@ -42,8 +43,11 @@ enum Command {
     Info(InfoArguments),
     /// Compare the GPU's picture of scenes with the CPU's, word by word
     Verify(VerifyArguments),
-    /// Time one frame of a scene on CPU and GPU, in turn
-    Bench(BenchArguments),
+    /// Measure how long frames take
+    #[command(subcommand)]
+    Bench(BenchCommand),
+    /// Draw the paper's figures, with the paper's algorithms beside ours, as a page
+    Gallery(GalleryArguments),
 }
 
 /// Which renderer to use.
@@ -151,10 +155,19 @@ struct VerifyArguments {
     shaders: ShaderChoice,
 }
 
+#[derive(Subcommand)]
+enum BenchCommand {
+    /// Time one frame of scenes on CPU and GPU, in turn
+    Scene(BenchSceneArguments),
+    /// Measure the paper's Table 1: extrusion against relief mapping, planar and curved
+    Table1(BenchTable1Arguments),
+}
+
 #[derive(Args)]
-struct BenchArguments {
-    /// The scene
-    scene: PathBuf,
+struct BenchSceneArguments {
+    /// The scenes
+    #[arg(required = true)]
+    scenes: Vec<PathBuf>,
     /// Take the adapter with this in its name (see info)
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
@@ -164,6 +177,55 @@ struct BenchArguments {
     /// Frames timed with each renderer, after one to warm up
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..100_000))]
     frames: u32,
+}
+
+/// What the table is measured on.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Measured {
+    /// A GPU, or a software driver if there is nothing else
+    Gpu,
+    /// The CPU
+    Cpu,
+    /// The CPU, and a GPU if there is one
+    Both,
+}
+
+#[derive(Args)]
+struct BenchTable1Arguments {
+    /// Write table1.csv, table1.svg and table1.md into this folder
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Frames timed of each method on each shape map, after one to warm up
+    #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..100_000))]
+    frames: u32,
+    /// What is measured
+    #[arg(long, value_enum, default_value_t = Measured::Both)]
+    backend: Measured,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the pictures
+    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
+    size: [u32; 2],
+    /// The folder with this project's meshes and patterns
+    #[arg(long, value_name = "DIR", default_value = "assets")]
+    assets: PathBuf,
+}
+
+#[derive(Args)]
+struct GalleryArguments {
+    /// Write index.html, index.md, pictures and scenes into this folder
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Size of the pictures
+    #[arg(long, value_name = "WxH", default_value = "400x300", value_parser = parse_size)]
+    size: [u32; 2],
+    /// What renders
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    backend: Backend,
+    /// The folder with this project's meshes and patterns [default: the checkout's]
+    #[arg(long, value_name = "DIR")]
+    assets: Option<PathBuf>,
 }
 
 /// Runs the command and says what went wrong.
@@ -182,17 +244,21 @@ pub fn run(arguments: Arguments) -> ExitCode {
     let result = match arguments.command {
         Command::Render(arguments) => {
             if arguments.backend == Backend::Cpu && arguments.adapter.is_some() {
-                let message = "--adapter names a GPU; leave it out, or leave out --backend cpu";
-                Arguments::command()
-                    .error(ErrorKind::ArgumentConflict, message)
-                    .exit();
+                refuse_adapter();
             }
             render::run(&arguments)
         }
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
-        Command::Bench(arguments) => bench::run(&arguments),
+        Command::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
+        Command::Bench(BenchCommand::Table1(arguments)) => {
+            if arguments.backend == Measured::Cpu && arguments.adapter.is_some() {
+                refuse_adapter();
+            }
+            bench::table1(&arguments)
+        }
+        Command::Gallery(arguments) => gallery::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -205,6 +271,14 @@ pub fn run(arguments: Arguments) -> ExitCode {
             ExitCode::from(if machine { 3 } else { 1 })
         }
     }
+}
+
+/// Ends the program: an adapter was named for the CPU.
+fn refuse_adapter() -> ! {
+    let message = "--adapter names a GPU; leave it out, or leave out --backend cpu";
+    Arguments::command()
+        .error(ErrorKind::ArgumentConflict, message)
+        .exit();
 }
 
 /// The error with its causes, less those that it tells itself.
@@ -240,14 +314,6 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     };
     let (width, height) = text.split_once(['x', 'X']).unwrap_or((text, ""));
     Ok([side(width)?, side(height)?])
-}
-
-/// A share of a whole, 0…1.
-fn parse_share(text: &str) -> Result<f64, String> {
-    text.parse()
-        .ok()
-        .filter(|share| (0.0..=1.0).contains(share))
-        .ok_or_else(|| "a share goes from 0 to 1".to_string())
 }
 
 #[cfg(test)]

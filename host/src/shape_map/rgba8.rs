@@ -98,7 +98,7 @@ mod tests {
                 let away = from_centre(x, y);
                 let distance = length(away);
                 // Not at the centre, nor where the next repeat is nearest.
-                if distance < 10.0 || distance > 64.0 {
+                if !(10.0..=64.0).contains(&distance) {
                     continue;
                 }
                 let normal = map.normal(x, y).unwrap().map(f64::from);

@@ -38,11 +38,21 @@ impl Found {
                 .contains(wgpu::Features::PASSTHROUGH_SHADERS)
     }
 
+    /// Whether the device's own clock can time a render pass.
+    pub fn has_timestamps(&self) -> bool {
+        self.adapter
+            .features()
+            .contains(wgpu::Features::TIMESTAMP_QUERY)
+    }
+
     /// Opens a device with the adapter's own limits.
     pub(super) fn open(&self) -> Result<(wgpu::Device, wgpu::Queue), RenderError> {
         let mut features = wgpu::Features::empty();
         if self.takes_spirv() {
             features |= wgpu::Features::PASSTHROUGH_SHADERS;
+        }
+        if self.has_timestamps() {
+            features |= wgpu::Features::TIMESTAMP_QUERY;
         }
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("relievo"),

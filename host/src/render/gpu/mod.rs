@@ -2,6 +2,7 @@
 
 mod adapter;
 mod shaders;
+mod timestamps;
 
 pub use adapter::{Found, adapters, choose};
 pub use shaders::Shaders;
@@ -12,6 +13,8 @@ use relievo_shared::layout::Frame;
 use std::collections::BTreeMap;
 use std::mem::size_of;
 use std::sync::mpsc;
+use std::time::{Duration, Instant};
+use timestamps::Timestamps;
 
 /// Bits of f32 in, bits of f32 out: nothing is filtered, blended or rounded.
 const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
@@ -27,6 +30,17 @@ pub struct GpuRenderer {
     objects: Vec<GpuObject>,
     background: wgpu::Color,
     targets: Option<Targets>,
+    /// `None` where the adapter has no clock of its own.
+    timestamps: Option<Timestamps>,
+}
+
+/// How long a frame took.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameTime {
+    /// From recording the commands to the end of waiting, by this machine's clock.
+    pub wall: Duration,
+    /// The render pass alone, by the device's clock; `None` where it has none.
+    pub pass: Option<Duration>,
 }
 
 struct GpuObject {
@@ -162,6 +176,9 @@ impl GpuRenderer {
                 geometry_pipeline: pipeline(shaders::geometry_entry_point(&object.parameters), 2),
             });
         }
+        let timestamps = found
+            .has_timestamps()
+            .then(|| Timestamps::new(&device, queue.get_timestamp_period()));
         guarded.finish()?;
 
         let [r, g, b, a] = background_words(scene).map(f64::from);
@@ -173,15 +190,24 @@ impl GpuRenderer {
             objects,
             background: wgpu::Color { r, g, b, a },
             targets: None,
+            timestamps,
         })
     }
 
-    /// Draws `frame` and waits for the device; for measurements, nothing is read back.
+    /// Draws `frame`, waits for the device and says how long it took; nothing
+    /// is read back.
     ///
     /// # Errors
     /// As [`Renderer::color`].
-    pub fn draw_color(&mut self, frame: &Frame) -> Result<(), RenderError> {
-        self.draw(frame, false, false)
+    pub fn time_color(&mut self, frame: &Frame) -> Result<FrameTime, RenderError> {
+        let start = Instant::now();
+        self.draw(frame, false, false)?;
+        let wall = start.elapsed();
+        let pass = match &self.timestamps {
+            Some(timestamps) => Some(timestamps.read(|| self.wait(), |why| self.failed(why))?),
+            None => None,
+        };
+        Ok(FrameTime { wall, pass })
     }
 
     fn draw(&mut self, frame: &Frame, geometry: bool, read_back: bool) -> Result<(), RenderError> {
@@ -197,6 +223,8 @@ impl GpuRenderer {
         };
         self.queue
             .write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(frame));
+        // Only measurements read nothing back.
+        let timestamps = self.timestamps.as_ref().filter(|_| !read_back);
         let count = if geometry { 2 } else { 1 };
         let views: Vec<wgpu::TextureView> = targets.words[..count]
             .iter()
@@ -236,7 +264,7 @@ impl GpuRenderer {
                     }),
                     stencil_ops: None,
                 }),
-                timestamp_writes: None,
+                timestamp_writes: timestamps.map(Timestamps::writes),
                 occlusion_query_set: None,
                 multiview_mask: None,
             });
@@ -265,6 +293,9 @@ impl GpuRenderer {
                     texture.size(),
                 );
             }
+        }
+        if let Some(timestamps) = timestamps {
+            timestamps.resolve(&mut encoder);
         }
         self.queue.submit([encoder.finish()]);
         self.wait()?;

@@ -1,0 +1,274 @@
+//! Measuring the paper's Table 1 on this machine.
+
+use super::plan::{Method, PatternRow, ROWS};
+use super::statistics::Summary;
+use crate::Error;
+use crate::prepare::{PreparedScene, prepare};
+use crate::render::gpu::{Found, Shaders};
+use crate::render::{CpuRenderer, GeometryWords, GpuRenderer, RenderError, Renderer};
+use relievo_shared::normals::CLASS_MISS;
+use std::path::Path;
+use std::time::Instant;
+
+/// What renders.
+pub enum Backend<'a> {
+    /// The CPU.
+    Cpu,
+    /// An adapter, with one of the shader modules.
+    Gpu(&'a Found, Shaders),
+}
+
+/// What the times are read from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Clock {
+    /// The device's timestamps around the render pass.
+    Device,
+    /// This machine's clock: on a GPU around recording, submitting and waiting.
+    Wall,
+}
+
+impl Clock {
+    /// In words, for tables.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Clock::Device => "the device's timestamps around the render pass",
+            Clock::Wall => "wall clock around the whole frame",
+        }
+    }
+}
+
+/// The measurements of one method on one shape map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Cell {
+    /// The method.
+    pub method: Method,
+    /// Milliseconds of a frame, one per round.
+    pub milliseconds: Vec<f64>,
+    /// Share of the picture that is covered, 0…1.
+    pub covered: f64,
+    /// Steps of the linear search, mean over the covered pixels.
+    pub linear_steps: f64,
+}
+
+/// The table of one device.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Run {
+    /// The device, for a person.
+    pub device: String,
+    /// What the times are read from.
+    pub clock: Clock,
+    /// For each of [`ROWS`], a cell for each of [`Method::ALL`].
+    pub rows: Vec<Vec<Cell>>,
+}
+
+impl Run {
+    /// The speed of a method as a multiple of that of `reference`, in row number `row`.
+    pub fn speed(&self, row: usize, method: Method, reference: Method) -> Option<Summary> {
+        let [cell, reference] = [method, reference].map(|method| &self.rows[row][method.index()]);
+        Summary::of_ratios(&reference.milliseconds, &cell.milliseconds)
+    }
+}
+
+/// Table 1, measured.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Table1 {
+    /// Width and height of the picture, pixels.
+    pub size: [u32; 2],
+    /// Frames timed of each method on each shape map.
+    pub frames: u32,
+    /// One table for each device.
+    pub runs: Vec<Run>,
+}
+
+impl Table1 {
+    /// The lowest covered share of all pictures, 0…1.
+    pub fn least_covered(&self) -> f64 {
+        let cells = self.runs.iter().flat_map(|run| run.rows.iter().flatten());
+        cells.map(|cell| cell.covered).fold(1.0, f64::min)
+    }
+}
+
+/// Measures every method on every shape map with every backend: in each round
+/// all methods in turn, so that a noisy machine disturbs them alike; a first
+/// round warms up and does not count. `assets` holds the folders `meshes` and
+/// `patterns`; `progress` is told what is done and the fraction of it.
+///
+/// # Errors
+/// [`Error`] where an asset is missing or a device fails.
+pub fn measure(
+    backends: &[Backend<'_>],
+    size: [u32; 2],
+    frames: u32,
+    assets: &Path,
+    progress: &dyn Fn(String, f64),
+) -> Result<Table1, Error> {
+    let mut runs: Vec<Run> = Vec::new();
+    for (row_number, row) in ROWS.iter().enumerate() {
+        progress(format!("{}: preparing", row.pattern), 0.0);
+        let scenes = Method::ALL
+            .iter()
+            .map(|method| prepare(&row.scene(*method, size, assets)?, &|_| ()))
+            .collect::<Result<Vec<_>, Error>>()?;
+        for (i, backend) in backends.iter().enumerate() {
+            let measured = measure_row(row, &scenes, backend, frames, progress)?;
+            match runs.get_mut(i) {
+                None => runs.push(measured),
+                Some(run) => run.rows.extend(measured.rows),
+            }
+        }
+        tracing::info!("{} of {} shape maps done", row_number + 1, ROWS.len());
+    }
+    Ok(Table1 { size, frames, runs })
+}
+
+/// One row of one device's table.
+fn measure_row(
+    row: &PatternRow,
+    scenes: &[PreparedScene],
+    backend: &Backend<'_>,
+    frames: u32,
+    progress: &dyn Fn(String, f64),
+) -> Result<Run, Error> {
+    let mut renderers = scenes
+        .iter()
+        .map(|scene| Timed::new(scene, backend))
+        .collect::<Result<Vec<_>, _>>()?;
+    let device = renderers[0].renderer().name();
+    let mut cells = Vec::with_capacity(renderers.len());
+    for ((method, scene), timed) in Method::ALL.into_iter().zip(scenes).zip(&mut renderers) {
+        let (covered, linear_steps) = look(&timed.renderer().geometry(&scene.frame)?);
+        cells.push(Cell {
+            method,
+            milliseconds: Vec::with_capacity(frames as usize),
+            covered,
+            linear_steps,
+        });
+    }
+    let mut clock = Clock::Wall;
+    for round in 0..=frames {
+        let fraction = f64::from(round) / f64::from(frames + 1);
+        progress(format!("{}: {device}", row.pattern), fraction);
+        for ((cell, scene), timed) in cells.iter_mut().zip(scenes).zip(&mut renderers) {
+            let (time, read_from) = timed.time(scene)?;
+            clock = read_from;
+            if round > 0 {
+                cell.milliseconds.push(time);
+            }
+        }
+    }
+    Ok(Run {
+        device,
+        clock,
+        rows: vec![cells],
+    })
+}
+
+/// The covered share of a picture, and the mean of the linear steps there.
+fn look(geometry: &GeometryWords) -> (f64, f64) {
+    let pixels = geometry.surface.len();
+    let (mut covered, mut steps) = (0_u64, 0_u64);
+    for index in (0..pixels).filter(|&index| geometry.class(index) != CLASS_MISS) {
+        covered += 1;
+        steps += u64::from(geometry.steps(index));
+    }
+    (
+        covered as f64 / pixels as f64,
+        steps as f64 / covered.max(1) as f64,
+    )
+}
+
+/// A renderer with a clock.
+enum Timed<'a> {
+    Cpu(Box<CpuRenderer<'a>>),
+    Gpu(Box<GpuRenderer>),
+}
+
+impl<'a> Timed<'a> {
+    fn new(scene: &'a PreparedScene, backend: &Backend<'_>) -> Result<Timed<'a>, RenderError> {
+        Ok(match backend {
+            Backend::Cpu => Timed::Cpu(Box::new(CpuRenderer::new(scene))),
+            Backend::Gpu(found, shaders) => {
+                Timed::Gpu(Box::new(GpuRenderer::with_shaders(scene, found, *shaders)?))
+            }
+        })
+    }
+
+    fn renderer(&mut self) -> &mut dyn Renderer {
+        match self {
+            Timed::Cpu(renderer) => renderer.as_mut(),
+            Timed::Gpu(renderer) => renderer.as_mut(),
+        }
+    }
+
+    /// Milliseconds of a frame, and by which clock.
+    fn time(&mut self, scene: &PreparedScene) -> Result<(f64, Clock), RenderError> {
+        let (time, clock) = match self {
+            Timed::Cpu(renderer) => {
+                let start = Instant::now();
+                renderer.color(&scene.frame)?;
+                (start.elapsed(), Clock::Wall)
+            }
+            Timed::Gpu(renderer) => {
+                let time = renderer.time_color(&scene.frame)?;
+                match time.pass {
+                    Some(pass) => (pass, Clock::Device),
+                    None => (time.wall, Clock::Wall),
+                }
+            }
+        };
+        Ok((1e3 * time.as_secs_f64(), clock))
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::super::Surface;
+    use super::*;
+    use std::sync::OnceLock;
+
+    /// A small table, measured on the CPU once for all tests.
+    pub fn small() -> Table1 {
+        static SMALL: OnceLock<Table1> = OnceLock::new();
+        let measured = SMALL.get_or_init(|| {
+            let assets = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets");
+            measure(&[Backend::Cpu], [32, 24], 2, &assets, &|_, _| ()).unwrap()
+        });
+        measured.clone()
+    }
+
+    #[test]
+    fn every_method_is_measured_on_every_map() {
+        let table = small();
+        assert_eq!(
+            (table.size, table.frames, table.runs.len()),
+            ([32, 24], 2, 1)
+        );
+        let run = &table.runs[0];
+        assert_eq!((run.clock, run.rows.len()), (Clock::Wall, ROWS.len()));
+        for (number, row) in run.rows.iter().enumerate() {
+            let methods: Vec<Method> = row.iter().map(|cell| cell.method).collect();
+            assert_eq!(methods, Method::ALL);
+            for cell in row {
+                assert_eq!(cell.milliseconds.len(), 2);
+                assert!(cell.milliseconds.iter().all(|time| *time > 0.0));
+                assert!(cell.linear_steps <= 25.0);
+                // The paper's own search leaves holes.
+                let least = if cell.method.surface == Surface::Paper {
+                    0.3
+                } else {
+                    0.98
+                };
+                assert!(cell.covered > least, "{} {}", cell.method, cell.covered);
+                let itself = run.speed(number, cell.method, cell.method).unwrap();
+                assert_eq!(itself.median, 1.0);
+            }
+        }
+    }
+
+    #[test]
+    fn assets_that_are_not_there() {
+        let nowhere = Path::new("no/such/folder");
+        let error = measure(&[Backend::Cpu], [8, 8], 1, nowhere, &|_, _| ()).unwrap_err();
+        assert!(error.to_string().contains("no/such/folder"), "{error}");
+    }
+}

@@ -1,0 +1,258 @@
+//! Draws and measures every panel, and writes what comes of it.
+
+use super::page::{self, Drawn};
+use super::scene::{relative, scene_text};
+use super::truth::{error_picture, truth_picture};
+use super::{Figure, Model, Panel, Show};
+use crate::Error;
+use crate::file::write_whole;
+use crate::oracle::{Accuracy, TorusOracle};
+use crate::overlay::draw_mesh;
+use crate::picture::Picture;
+use crate::prepare::{PreparedScene, prepare};
+use crate::render::{RenderError, Renderer};
+use crate::scene::{Color, Scene};
+use glam::DVec3;
+use relievo_shared::normals::CLASS_MISS;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+/// The ink of the polygon mesh.
+const MESH_COLOR: Color = Color::from_hex(0x10_1418);
+
+/// What a gallery is made of.
+#[derive(Clone, Debug)]
+pub struct Gallery {
+    /// The folder with `meshes` and `patterns`.
+    pub assets: PathBuf,
+    /// The folder that is written; made where it is missing.
+    pub output: PathBuf,
+    /// Width and height of every picture, pixels.
+    pub size: [u32; 2],
+}
+
+/// Makes the renderer of a scene.
+pub type ChooseRenderer<'f> =
+    dyn for<'a> Fn(&'a PreparedScene) -> Result<Box<dyn Renderer + 'a>, RenderError> + 'f;
+
+/// What was measured of a panel's scene, at one sample a pixel but for the time.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Numbers {
+    /// Pixels in which something was hit.
+    pub covered: usize,
+    /// Average steps of the linear search in those.
+    pub steps: f64,
+    /// Time of drawing the picture once, with all its samples.
+    pub time: Duration,
+    /// The renderer's name.
+    pub renderer: String,
+    /// Against the oracle, where there is one.
+    pub accuracy: Option<Accuracy>,
+}
+
+/// Draws `figures` and writes their pictures, scenes and pages (`index.html`,
+/// which is returned, and `index.md`) into the output folder. `progress` takes
+/// what is being drawn and the fraction done.
+///
+/// The pages are written last and every file whole: after an interruption a
+/// second run writes all again.
+///
+/// # Errors
+/// [`Error`] for the first panel whose assets cannot be used, that cannot be
+/// drawn, or whose files cannot be written.
+///
+/// # Panics
+/// If a panel with [`Show::Truth`] or [`Show::Errors`] shows no torus.
+pub fn write(
+    gallery: &Gallery,
+    figures: &[Figure],
+    choose: &ChooseRenderer<'_>,
+    progress: &dyn Fn(&str, f64),
+) -> Result<PathBuf, Error> {
+    let scenes = gallery.output.join("scenes");
+    let failed = |source| Error::Write {
+        path: scenes.clone(),
+        source,
+    };
+    std::fs::create_dir_all(&scenes).map_err(failed)?;
+    let from = scenes.canonicalize().map_err(failed)?;
+    // Where there are no assets, the first mesh will say so.
+    let to = gallery
+        .assets
+        .canonicalize()
+        .unwrap_or_else(|_| gallery.assets.clone());
+    let assets = relative(&from, &to);
+
+    let total: usize = figures
+        .iter()
+        .flat_map(Figure::rows)
+        .map(|row| row.len())
+        .sum();
+    let mut done = 0;
+    let mut drawn = Vec::with_capacity(figures.len());
+    for figure in figures {
+        let mut rows = Vec::new();
+        for row in figure.rows() {
+            let mut panels = Vec::with_capacity(row.len());
+            for panel in row {
+                let what = format!("figure {}: {}", figure.number, panel.label());
+                progress(&what, done as f64 / total as f64);
+                let numbers = draw(gallery, &panel, &assets, choose)?;
+                panels.push(Drawn { panel, numbers });
+                done += 1;
+            }
+            rows.push(panels);
+        }
+        drawn.push((figure, rows));
+    }
+    let html = gallery.output.join("index.html");
+    write_text(
+        &gallery.output.join("index.md"),
+        &page::markdown(&drawn, gallery.size),
+    )?;
+    write_text(&html, &page::html(&drawn, gallery.size))?;
+    Ok(html)
+}
+
+/// Writes scene and picture of one panel.
+fn draw(
+    gallery: &Gallery,
+    panel: &Panel,
+    assets: &str,
+    choose: &ChooseRenderer<'_>,
+) -> Result<Numbers, Error> {
+    let path = gallery.output.join(panel.scene_file());
+    let text = scene_text(panel, assets, gallery.size);
+    write_text(&path, &text)?;
+    let scene = Scene::parse(&text, &path)?;
+    let prepared = prepare(&scene, &|_| ())?;
+    let mut renderer = choose(&prepared)?;
+
+    let factor = prepared.supersampling;
+    let start = Instant::now();
+    let colors = renderer.color(&prepared.frame_with_samples(factor))?;
+    let time = start.elapsed();
+    let words = renderer.geometry(&prepared.frame)?;
+
+    let oracle = (panel.subject.model == Model::Torus).then(|| TorusOracle {
+        map: &prepared.objects[0].map,
+        repeat: panel.subject.repeat,
+        depth: panel.subject.depth,
+        extrusion: panel.subject.extrusion,
+    });
+    let truth = oracle
+        .as_ref()
+        .map(|oracle| oracle.truth(DVec3::from(prepared.camera.eye), &prepared.frame));
+
+    let picture = match panel.way.show {
+        Show::Picture => Picture::develop(&colors, factor)?,
+        Show::Mesh => {
+            let mut picture = Picture::develop(&colors, factor)?;
+            draw_mesh(&mut picture, &prepared, MESH_COLOR)?;
+            picture
+        }
+        Show::Truth => {
+            let oracle = oracle.as_ref().expect("an oracle knows the torus only");
+            truth_picture(oracle, &prepared)?
+        }
+        Show::Errors => {
+            let truth = truth.as_ref().expect("an oracle knows the torus only");
+            error_picture(truth, &words)
+        }
+    };
+    let software = concat!("relievo ", env!("CARGO_PKG_VERSION"));
+    picture.save_png(
+        &gallery.output.join(panel.picture_file()),
+        &[("Software", software), ("relievo-scene", &text)],
+    )?;
+
+    let hits: Vec<usize> = (0..words.surface.len())
+        .filter(|&i| words.class(i) != CLASS_MISS)
+        .collect();
+    let steps: u64 = hits.iter().map(|&i| u64::from(words.steps(i))).sum();
+    Ok(Numbers {
+        covered: hits.len(),
+        steps: steps as f64 / hits.len().max(1) as f64,
+        time,
+        renderer: renderer.name(),
+        accuracy: truth.map(|truth| truth.judge(&words)),
+    })
+}
+
+fn write_text(path: &Path, text: &str) -> Result<(), Error> {
+    write_whole(path, |file| {
+        file.write_all(text.as_bytes())
+            .map_err(|source| Error::Write {
+                path: path.to_path_buf(),
+                source,
+            })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::FIGURES;
+    use super::*;
+    use crate::render::CpuRenderer;
+    use std::sync::Mutex;
+
+    /// Figure 16 on a few pixels, twice into the same folder.
+    #[test]
+    fn a_gallery_is_complete_and_can_be_written_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let gallery = Gallery {
+            assets: Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets"),
+            output: folder.path().join("new/gallery"),
+            size: [40, 30],
+        };
+        let figures = &FIGURES[FIGURES.len() - 1..];
+        let heard = Mutex::new(Vec::new());
+        for _ in 0..2 {
+            let page = write(
+                &gallery,
+                figures,
+                &|scene| Ok(Box::new(CpuRenderer::new(scene))),
+                &|_, fraction| heard.lock().unwrap().push(fraction),
+            )
+            .unwrap();
+            assert_eq!(page, gallery.output.join("index.html"));
+        }
+        let html = std::fs::read_to_string(gallery.output.join("index.html")).unwrap();
+        let markdown = std::fs::read_to_string(gallery.output.join("index.md")).unwrap();
+        let panels: Vec<Panel> = figures[0].rows().concat();
+        assert_eq!(heard.lock().unwrap().len(), 2 * panels.len());
+        for panel in panels {
+            for file in [panel.picture_file(), panel.scene_file()] {
+                assert!(html.contains(&file) && markdown.contains(&file), "{file}");
+                assert!(gallery.output.join(&file).is_file(), "{file}");
+            }
+            // The scene can be drawn from where it lies.
+            let scene = Scene::load(&gallery.output.join(panel.scene_file())).unwrap();
+            assert_eq!(scene.size, gallery.size);
+            assert!(scene.objects[0].mesh.is_file());
+            assert!(scene.objects[0].shape.is_file());
+            let picture = image::open(gallery.output.join(panel.picture_file())).unwrap();
+            assert_eq!((picture.width(), picture.height()), (40, 30));
+        }
+    }
+
+    #[test]
+    fn missing_assets_are_named() {
+        let folder = tempfile::tempdir().unwrap();
+        let gallery = Gallery {
+            assets: folder.path().join("nowhere"),
+            output: folder.path().join("gallery"),
+            size: [4, 3],
+        };
+        let message = write(
+            &gallery,
+            FIGURES,
+            &|scene| Ok(Box::new(CpuRenderer::new(scene))),
+            &|_, _| (),
+        )
+        .unwrap_err()
+        .to_string();
+        assert!(message.contains("nowhere"), "{message}");
+    }
+}

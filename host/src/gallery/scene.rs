@@ -1,0 +1,122 @@
+//! A panel as a scene file.
+
+use super::{Method, Panel};
+use std::path::{Component, Path, PathBuf};
+
+/// The text of the panel's scene; `assets` is the folder of meshes and
+/// patterns, as the scene file names it.
+pub fn scene_text(panel: &Panel, assets: &str, size: [u32; 2]) -> String {
+    let subject = panel.subject;
+    let object = [
+        (
+            "mesh",
+            quoted(&format!("{assets}/meshes/{}.obj", subject.model.name())),
+        ),
+        (
+            "shape",
+            quoted(&format!("{assets}/patterns/{}.png", subject.pattern)),
+        ),
+        ("repeat", format!("{:?}", subject.repeat)),
+        ("depth", format!("{:?}", subject.depth)),
+    ];
+    let method = match panel.way.method {
+        Method::Planar => ("tier", quoted("planar")),
+        Method::Paper => ("tier", quoted("paper")),
+        Method::Fast => ("tier", quoted("fast")),
+        Method::Relief => ("technique", quoted("relief")),
+    };
+    let extrusion = subject.extrusion;
+    let beveled = extrusion.bevel > 0.0;
+    let parameters = [
+        ("extension", extrusion.extension, extrusion.extension != 0.0),
+        ("bevel", extrusion.bevel, beveled),
+        (
+            "chamfer",
+            extrusion.chamfer,
+            beveled && extrusion.chamfer < 1.0,
+        ),
+    ];
+    let parameters = parameters
+        .into_iter()
+        .filter(|&(_, _, wanted)| wanted)
+        .map(|(key, value, _)| (key, format!("{value:?}")));
+    let lines: String = object
+        .into_iter()
+        .chain([method])
+        .chain(parameters)
+        .map(|(key, value)| format!("{key} = {value}\n"))
+        .collect();
+    format!(
+        "# Figure {} of the paper: {}. Written by `relievo gallery`.\n\
+         [image]\nsize = {size:?}\nsupersample = true\n\n\
+         [camera]\neye = {:?}\ntarget = {:?}\nfov = {:?}\n\n\
+         [[object]]\n{lines}",
+        panel.figure, subject.label, subject.eye, subject.target, subject.field_of_view,
+    )
+}
+
+/// `text` as a TOML string; JSON escapes are TOML escapes.
+fn quoted(text: &str) -> String {
+    serde_json::Value::from(text).to_string()
+}
+
+/// How a file in the folder `from` names `to`, with `/` between folders: a way
+/// up and down, or `to` itself where there is none, as from one drive to
+/// another. Both are absolute, without links and `..`.
+pub fn relative(from: &Path, to: &Path) -> String {
+    let shared = from
+        .components()
+        .zip(to.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    if shared == 0 {
+        return to.to_string_lossy().into_owned();
+    }
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    let way: PathBuf = up.chain(to.components().skip(shared)).collect();
+    if way.as_os_str().is_empty() {
+        return ".".to_string();
+    }
+    let names: Vec<_> = way
+        .iter()
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
+    names.join("/")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{FIGURES, Figure};
+    use super::*;
+    use crate::scene::{Scene, Search, Tier};
+
+    #[test]
+    fn every_panel_is_a_scene_of_what_it_shows() {
+        for panel in FIGURES.iter().flat_map(Figure::rows).flatten() {
+            let text = scene_text(&panel, "../a \"b\"", [40, 30]);
+            let scene = Scene::parse(&text, Path::new("scenes/x.toml")).unwrap();
+            let object = &scene.objects[0];
+            assert_eq!(object.extrusion, panel.subject.extrusion);
+            assert_eq!(object.depth, Some(panel.subject.depth));
+            assert!(object.mesh.starts_with("scenes/../a \"b\"/meshes"));
+            assert_eq!(
+                object.search == Search::Relief,
+                panel.way.method == Method::Relief
+            );
+            assert_eq!(
+                object.tier == Tier::Paper,
+                panel.way.method == Method::Paper
+            );
+            assert_eq!((scene.size, scene.supersampling), ([40, 30], 2));
+        }
+    }
+
+    #[test]
+    fn ways_between_folders() {
+        let way = |from: &str, to: &str| relative(Path::new(from), Path::new(to));
+        assert_eq!(way("/a/b/scenes", "/a/assets"), "../../assets");
+        assert_eq!(way("/a/scenes", "/a/scenes/assets"), "assets");
+        assert_eq!(way("/a", "/a"), ".");
+        assert_eq!(way("/tmp/x", "/a"), "../../a");
+    }
+}

@@ -1,0 +1,192 @@
+//! The polygon mesh, drawn over a picture of the scene.
+
+use crate::picture::Picture;
+use crate::prepare::PreparedScene;
+use crate::render::{RenderError, allocate};
+use crate::scene::Color;
+use rayon::prelude::*;
+use relievo_shared::camera::{bounding_rectangle, pixel_ray};
+use relievo_shared::facet::intersect;
+use relievo_shared::layout::{Frame, Triangle, vec3};
+
+/// Samples per pixel side: edges are two samples wide, so one pixel.
+const SAMPLES: u32 = 2;
+/// How much of an edge's pixel takes the edge's colour.
+const OPACITY: f32 = 0.7;
+/// The sample shows no facet.
+const NO_FACET: u32 = u32::MAX;
+
+/// Draws the edges that the eye sees of the scene's flat facets, one pixel
+/// wide, in `color`: where the nearest facet, front side only, is another than
+/// beside it.
+///
+/// # Errors
+/// [`RenderError::Memory`].
+///
+/// # Panics
+/// If `picture` has not the scene's size.
+pub fn draw_mesh(
+    picture: &mut Picture,
+    scene: &PreparedScene,
+    color: Color,
+) -> Result<(), RenderError> {
+    assert_eq!([picture.width, picture.height], scene.size);
+    let frame = scene.frame_with_samples(SAMPLES);
+    let triangles: Vec<&Triangle> = scene
+        .objects
+        .iter()
+        .flat_map(|object| &object.triangles)
+        .collect();
+    let [width, height] = frame.size.map(|side| side as usize);
+    let facets = nearest_facets(&frame, &triangles, width, height)?;
+    let is_edge = |x: usize, y: usize| {
+        let facet = |x: usize, y: usize| facets[y * width + x];
+        let own = facet(x, y);
+        (x > 0 && facet(x - 1, y) != own)
+            || (x + 1 < width && facet(x + 1, y) != own)
+            || (y > 0 && facet(x, y - 1) != own)
+            || (y + 1 < height && facet(x, y + 1) != own)
+    };
+
+    let samples = SAMPLES as usize;
+    let weight = OPACITY / (SAMPLES * SAMPLES) as f32;
+    let ink = color.0.map(|channel| 255.0 * channel as f32);
+    picture
+        .bytes
+        .par_chunks_mut(3 * picture.width as usize)
+        .enumerate()
+        .for_each(|(y, row)| {
+            for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
+                let edges = (0..samples * samples)
+                    .filter(|i| is_edge(x * samples + i % samples, y * samples + i / samples))
+                    .count();
+                let opacity = edges as f32 * weight;
+                for (byte, ink) in pixel.iter_mut().zip(ink) {
+                    *byte = (f32::from(*byte) * (1.0 - opacity) + ink * opacity).round() as u8;
+                }
+            }
+        });
+    Ok(())
+}
+
+/// The number of the triangle nearest to the eye in each pixel of `frame`.
+fn nearest_facets(
+    frame: &Frame,
+    triangles: &[&Triangle],
+    width: usize,
+    height: usize,
+) -> Result<Vec<u32>, RenderError> {
+    // First and last column and row of each triangle, from the top left.
+    let pixels = |low: f32, high: f32, side: usize| {
+        let first = (0.5 * (low + 1.0) * side as f32).floor() as usize;
+        let last = (0.5 * (high + 1.0) * side as f32).ceil() as usize;
+        first..last.min(side)
+    };
+    let boxes: Vec<_> = triangles
+        .iter()
+        .map(|triangle| {
+            let rectangle = bounding_rectangle(frame, triangle);
+            (
+                pixels(rectangle.low.x, rectangle.high.x, width),
+                pixels(-rectangle.high.y, -rectangle.low.y, height),
+            )
+        })
+        .collect();
+    let mut facets = allocate("the mesh's edges", width * height, NO_FACET)?;
+    let eye = vec3(frame.eye);
+    facets
+        .par_chunks_mut(width)
+        .enumerate()
+        .for_each(|(y, row)| {
+            let mut nearest = vec![f32::INFINITY; width];
+            for (i, (triangle, (columns, rows))) in triangles.iter().zip(&boxes).enumerate() {
+                if !rows.contains(&y) {
+                    continue;
+                }
+                for x in columns.clone() {
+                    let hit = intersect(eye, pixel_ray(frame, x as u32, y as u32), triangle);
+                    if hit.hit && hit.t > 0.0 && hit.t < nearest[x] {
+                        nearest[x] = hit.t;
+                        row[x] = i as u32;
+                    }
+                }
+            }
+        });
+    Ok(facets)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::prepare::prepare;
+    use crate::scene::Scene;
+    use std::path::Path;
+
+    const SIZE: [u32; 2] = [80, 60];
+
+    /// A scene of one triangle in the plane z = 0, seen from (0, 0, 3) with a
+    /// vertical field of view of 90°.
+    fn scene(corners: [[f64; 2]; 3]) -> PreparedScene {
+        let folder = tempfile::tempdir().unwrap();
+        let vertices: String = corners
+            .iter()
+            .map(|[x, y]| format!("v {x} {y} 0\n"))
+            .collect();
+        std::fs::write(folder.path().join("triangle.obj"), vertices + "f 1 2 3\n").unwrap();
+        let pattern = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/patterns/discs.png");
+        std::fs::copy(pattern, folder.path().join("discs.png")).unwrap();
+        let text = "image = { size = [80, 60] }\ncamera = { eye = [0.0, 0.0, 3.0], fov = 90.0 }\n[[object]]\nmesh = \"triangle.obj\"\nshape = \"discs.png\"\nprojection = \"planar-z\"\ndepth = 0.1\n";
+        let scene = Scene::parse(text, &folder.path().join("scene.toml")).unwrap();
+        prepare(&scene, &|_| ()).unwrap()
+    }
+
+    fn white() -> Picture {
+        Picture {
+            width: SIZE[0],
+            height: SIZE[1],
+            bytes: vec![255; 3 * 80 * 60],
+        }
+    }
+
+    /// Where a point of the plane z = 0 is in the picture, pixels.
+    fn project([x, y]: [f64; 2]) -> [f64; 2] {
+        let scale = 30.0 / 3.0;
+        [40.0 + scale * x, 30.0 - scale * y]
+    }
+
+    fn distance_to_segment(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
+        let (ab, ap) = ([b[0] - a[0], b[1] - a[1]], [p[0] - a[0], p[1] - a[1]]);
+        let along = (ap[0] * ab[0] + ap[1] * ab[1]) / (ab[0] * ab[0] + ab[1] * ab[1]);
+        let along = along.clamp(0.0, 1.0);
+        (ap[0] - along * ab[0]).hypot(ap[1] - along * ab[1])
+    }
+
+    #[test]
+    fn a_triangle_shows_its_three_edges_and_nothing_else() {
+        let corners = [[-2.1, -1.3], [2.3, -1.9], [0.4, 2.2]];
+        let mut picture = white();
+        draw_mesh(&mut picture, &scene(corners), Color::from_hex(0)).unwrap();
+        let [a, b, c] = corners.map(project);
+        for (i, pixel) in picture.bytes.chunks_exact(3).enumerate() {
+            let centre = [(i % 80) as f64 + 0.5, (i / 80) as f64 + 0.5];
+            let distance = [(a, b), (b, c), (c, a)]
+                .map(|(from, to)| distance_to_segment(centre, from, to))
+                .into_iter()
+                .fold(f64::INFINITY, f64::min);
+            if distance < 0.3 {
+                assert!(pixel[0] < 255, "{centre:?} is on an edge");
+            }
+            if distance > 1.5 {
+                assert_eq!(pixel, [255; 3], "{centre:?} is on no edge");
+            }
+        }
+    }
+
+    #[test]
+    fn a_triangle_seen_from_behind_shows_nothing() {
+        let mut picture = white();
+        let behind = scene([[-2.1, -1.3], [0.4, 2.2], [2.3, -1.9]]);
+        draw_mesh(&mut picture, &behind, Color::from_hex(0)).unwrap();
+        assert_eq!(picture, white());
+    }
+}

@@ -1,0 +1,91 @@
+//! Timing a render pass by the device's own clock.
+
+use super::RenderError;
+use std::sync::mpsc;
+use std::time::Duration;
+
+/// Bytes of the two timestamps.
+const SIZE: u64 = 2 * size_of::<u64>() as u64;
+
+/// The device's clock at the beginning and the end of a render pass.
+pub(super) struct Timestamps {
+    queries: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    read_back: wgpu::Buffer,
+    /// Nanoseconds of a tick.
+    period: f32,
+}
+
+impl Timestamps {
+    /// For a device whose clock ticks every `period` nanoseconds.
+    pub(super) fn new(device: &wgpu::Device, period: f32) -> Timestamps {
+        let buffer = |usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("timestamps"),
+                size: SIZE,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        Timestamps {
+            queries: device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("timestamps"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2,
+            }),
+            resolved: buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
+            read_back: buffer(wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ),
+            period,
+        }
+    }
+
+    /// What a render pass writes.
+    pub(super) fn writes(&self) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        }
+    }
+
+    /// Makes what the pass wrote readable.
+    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.read_back, 0, SIZE);
+    }
+
+    /// The time of the last pass, once its commands are done; `wait` waits for
+    /// the device, `failed` makes an error of a reason.
+    pub(super) fn read(
+        &self,
+        wait: impl Fn() -> Result<(), RenderError>,
+        failed: impl Fn(String) -> RenderError,
+    ) -> Result<Duration, RenderError> {
+        let slice = self.read_back.slice(..);
+        let (sender, receiver) = mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver waits below; if it is gone, so is the need.
+            let _ = sender.send(result);
+        });
+        wait()?;
+        receiver
+            .recv()
+            .map_err(|error| failed(error.to_string()))?
+            .map_err(|error| failed(error.to_string()))?;
+        let ticks = {
+            let bytes = slice
+                .get_mapped_range()
+                .map_err(|error| failed(error.to_string()))?;
+            let [begin, end] = [0, 8].map(|at| {
+                let mut word = [0; 8];
+                word.copy_from_slice(&bytes[at..at + 8]);
+                u64::from_le_bytes(word)
+            });
+            end.saturating_sub(begin)
+        };
+        self.read_back.unmap();
+        Ok(Duration::from_nanos(
+            (ticks as f64 * f64::from(self.period)) as u64,
+        ))
+    }
+}

@@ -1,0 +1,218 @@
+//! Small pictures of every technique on every path with every storage form,
+//! compared exactly with those in `tests/golden/`. Where one differs, the
+//! picture and the difference are written to `target/golden`; run with
+//! `RELIEVO_UPDATE_GOLDEN=1` to accept what is drawn now.
+
+use relievo::picture::Picture;
+use relievo::prepare::{PreparedScene, prepare};
+use relievo::render::gpu::{Shaders, adapters};
+use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::scene::Scene;
+use relievo::shape_map::{Encoding, Pattern, PatternOptions, Storage, bake};
+use relievo::verify::compare;
+use relievo_tests::{asset, root};
+use std::path::{Path, PathBuf};
+
+const TECHNIQUES: [(&str, &str); 7] = [
+    ("basic", "technique = \"basic\""),
+    ("outward", "technique = \"outward\"\nextension = 0.03"),
+    (
+        "beveled",
+        "technique = \"beveled\"\nbevel = 0.06\nextension = 0.01",
+    ),
+    (
+        "chamfered",
+        "technique = \"chamfered\"\nbevel = 0.08\nchamfer = 0.5",
+    ),
+    ("relief", "technique = \"relief\"\nbevel = 0.05"),
+    ("cut_out", "cut_out = true"),
+    (
+        "shadow",
+        "self_shadow = true\ntechnique = \"chamfered\"\nbevel = 0.08\nchamfer = 0.5",
+    ),
+];
+const TIERS: [&str; 3] = ["planar", "fast", "paper"];
+
+/// Every combination that means something: its name and its scene.
+fn cases(maps: &Path) -> Vec<(String, Scene)> {
+    let mut cases = Vec::new();
+    for (technique, keys) in TECHNIQUES {
+        for tier in TIERS {
+            // Relief mapping has the paths of the planar and the fast tier.
+            if technique == "relief" && tier == "paper" {
+                continue;
+            }
+            for storage in Storage::ALL {
+                let name = format!("{technique}-{tier}-{}", storage.name());
+                let text = format!(
+                    "[image]\nsize = [80, 60]\n[camera]\neye = [0.0, 1.2, 2.2]\ntarget = [0.2, 0.0, 0.8]\nfov = 32.0\n[[object]]\nmesh = {:?}\nshape = {:?}\nrepeat = [8, 3]\ndepth = 0.12\ntier = {tier:?}\n{keys}\n",
+                    asset("meshes/torus.obj"),
+                    maps.join(storage.name())
+                        .with_extension(storage.extension()),
+                );
+                let scene = Scene::parse(&text, Path::new("golden.toml")).unwrap();
+                cases.push((name, scene));
+            }
+        }
+    }
+    cases
+}
+
+/// Bakes the letters, made small, in every storage form.
+fn bake_maps(folder: &Path) {
+    let letters = image::open(asset("patterns/letters.png")).unwrap();
+    let small = letters.resize_exact(96, 96, image::imageops::FilterType::Triangle);
+    let path = folder.join("letters.png");
+    small.save(&path).unwrap();
+    let pattern = Pattern::load(&path, &PatternOptions::default()).unwrap();
+    for storage in Storage::ALL {
+        let map = bake(&pattern, Encoding::from(storage), &|_| ());
+        let file = folder
+            .join(storage.name())
+            .with_extension(storage.extension());
+        map.save(&file).unwrap();
+    }
+}
+
+fn prepared() -> Vec<(String, PreparedScene)> {
+    let folder = tempfile::tempdir().unwrap();
+    bake_maps(folder.path());
+    cases(folder.path())
+        .into_iter()
+        .map(|(name, scene)| (name, prepare(&scene, &|_| ()).unwrap()))
+        .collect()
+}
+
+/// Three times the difference of two pictures, grey where they agree.
+fn difference(found: &Picture, golden: &Picture) -> Picture {
+    let bytes = found
+        .bytes
+        .iter()
+        .zip(&golden.bytes)
+        .map(|(&a, &b)| (128 + 3 * (i32::from(a) - i32::from(b))).clamp(0, 255) as u8)
+        .collect();
+    Picture {
+        bytes,
+        ..golden.clone()
+    }
+}
+
+fn load(path: &Path) -> Option<Picture> {
+    let image = image::open(path).ok()?.into_rgb8();
+    Some(Picture {
+        width: image.width(),
+        height: image.height(),
+        bytes: image.into_raw(),
+    })
+}
+
+/// Compares with the golden pictures in `folder`; the names of those that differ.
+fn compare_with(folder: &Path, pictures: &[(String, Picture)], evidence: &Path) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for (name, picture) in pictures {
+        let golden = load(&folder.join(name).with_extension("png"));
+        if golden.as_ref() == Some(picture) {
+            continue;
+        }
+        wrong.push(name.clone());
+        let put = |picture: &Picture, kind: &str| {
+            picture
+                .save_png(&evidence.join(format!("{name}.{kind}.png")), &[])
+                .unwrap();
+        };
+        put(picture, "found");
+        if let Some(golden) = golden.filter(|golden| golden.bytes.len() == picture.bytes.len()) {
+            put(&difference(picture, &golden), "difference");
+        }
+    }
+    wrong
+}
+
+fn draw(scene: &PreparedScene) -> Picture {
+    let words = CpuRenderer::new(scene).color(&scene.frame).unwrap();
+    Picture::develop(&words, 1).unwrap()
+}
+
+#[test]
+fn cpu_pictures_are_the_golden_ones() {
+    let pictures: Vec<(String, Picture)> = prepared()
+        .iter()
+        .map(|(name, scene)| (name.clone(), draw(scene)))
+        .collect();
+    assert_eq!(pictures.len(), (7 * 3 - 1) * 4);
+    let folder = root().join("tests/golden");
+    if std::env::var_os("RELIEVO_UPDATE_GOLDEN").is_some() {
+        for (name, picture) in &pictures {
+            let path = folder.join(name).with_extension("png");
+            picture.save_png(&path, &[]).unwrap();
+        }
+        return;
+    }
+    let evidence = root().join("target/golden");
+    let wrong = compare_with(&folder, &pictures, &evidence);
+    assert!(
+        wrong.is_empty(),
+        "{} pictures differ (see {}): {}",
+        wrong.len(),
+        evidence.display(),
+        wrong.join(", ")
+    );
+}
+
+/// One changed byte is seen, and shown.
+#[test]
+fn a_changed_picture_is_shown_as_a_difference() {
+    let folder = tempfile::tempdir().unwrap();
+    let golden = Picture {
+        width: 2,
+        height: 1,
+        bytes: vec![10, 20, 30, 40, 50, 60],
+    };
+    golden
+        .save_png(&folder.path().join("case.png"), &[])
+        .unwrap();
+    let evidence: PathBuf = folder.path().join("evidence");
+    let same = [("case".to_string(), golden.clone())];
+    assert!(compare_with(folder.path(), &same, &evidence).is_empty());
+    let mut changed = golden;
+    changed.bytes[4] += 1;
+    let wrong = compare_with(folder.path(), &[("case".to_string(), changed)], &evidence);
+    assert_eq!(wrong, ["case"]);
+    let shown = load(&evidence.join("case.difference.png")).unwrap();
+    assert_eq!(shown.bytes, [128, 128, 128, 128, 131, 128]);
+}
+
+/// The same combinations on every adapter: the exact shaders give the CPU's
+/// words, the others the CPU's classes nearly everywhere.
+#[test]
+fn gpu_draws_every_combination() {
+    let all = adapters();
+    assert!(!all.is_empty(), "no GPU adapter: see tests/run");
+    let mut wrong = Vec::new();
+    for (name, scene) in prepared() {
+        let frame = &scene.frame;
+        let mut cpu = CpuRenderer::new(&scene);
+        let (color, geometry) = (cpu.color(frame).unwrap(), cpu.geometry(frame).unwrap());
+        for found in &all {
+            let shaders = if found.takes_spirv() {
+                Shaders::Exact
+            } else {
+                Shaders::Portable
+            };
+            let mut gpu = GpuRenderer::with_shaders(&scene, found, shaders).unwrap();
+            let agreement = compare(
+                [&gpu.color(frame).unwrap(), &color],
+                [&gpu.geometry(frame).unwrap(), &geometry],
+            );
+            let good = if shaders == Shaders::Exact {
+                agreement.is_exact()
+            } else {
+                agreement.class_pixels * 200 <= agreement.pixels
+            };
+            if !good {
+                wrong.push(format!("{name}, {}: {agreement:?}", found.describe()));
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
+}
