@@ -462,7 +462,7 @@ fn an_adapter_that_is_not_there_is_the_machines_fault() {
         "render",
         "render --backend gpu",
         "verify",
-        "bench --frames 1",
+        "bench scene --frames 1",
     ] {
         desk.fails(
             &format!("{command} scene.toml --size 16x12 --adapter no-such-adapter"),
@@ -646,10 +646,7 @@ fn bake_says_what_is_wrong() {
         ),
         ("folder -o map.png", "folder | give an image file"),
         ("text.png -o map.png", "text.png | give an undamaged PNG"),
-        (
-            "pattern.png -o folder",
-            "folder | .png",
-        ),
+        ("pattern.png -o folder", "folder | .png"),
         (
             "pattern.png -o text.png/m.png",
             "cannot write text.png/m.png",
@@ -738,7 +735,7 @@ fn wrong_usage_ends_with_code_2() {
         ("paint", "paint | --help"),
         ("verify", "<SCENES> | Usage"),
         ("verify scene.toml --shaders best", "--shaders | portable"),
-        ("bench scene.toml --frames 0", "--frames"),
+        ("bench scene scene.toml --frames 0", "--frames"),
     ] {
         desk.fails(arguments, 2, parts);
     }
@@ -757,7 +754,7 @@ fn wrong_usage_ends_with_code_2() {
 fn scene_files_that_cannot_be_read() {
     let desk = Desk::new();
     fs::create_dir(desk.path("folder")).unwrap();
-    for command in ["render", "info", "bench"] {
+    for command in ["render", "info", "bench scene"] {
         desk.fails(
             &format!("{command} none.toml"),
             1,
@@ -780,7 +777,7 @@ fn scene_files_with_mistakes() {
         ("repeat = [1, inf]", "line 4 | repeat | go from"),
         ("translate = [0, nan, 0]", "line 4 | translate | finite"),
         ("translate = [0, 0]", "line 4 | 3"),
-        ("tier = 'paper'", "line 4 | paper | fast"),
+        ("tier = 'best'", "line 4 | best | fast"),
         (
             "[image]\nsize = [0, 600]",
             "line 5 | image.size | from 1 to 16384",

@@ -6,6 +6,8 @@
 //! shape map. Draws are not indexed: six vertices a triangle, the bounding
 //! rectangle of its pixels; the fragment decides by an exact test.
 #![cfg_attr(target_arch = "spirv", no_std)]
+// A binding is an argument.
+#![allow(clippy::too_many_arguments)]
 
 use relievo_shared::fragment::{Entry, Hit};
 use relievo_shared::layout::{

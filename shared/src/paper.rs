@@ -4,7 +4,7 @@
 //! crate uses this module.
 //!
 //! Two things are not the paper's: where a quotient of its formulas has no
-//! value (a flat surface gives 0/0), [`quotient`] gives 0 or "never", since a
+//! value (a flat surface gives 0/0), `quotient` gives 0 or "never", since a
 //! NaN would be a hole of another kind; and z points inward throughout, the one
 //! reading under which (11), Algorithm 2 and Algorithm 9 agree.
 

@@ -58,7 +58,7 @@ const TORUS: Subject = Subject {
     label: "torus",
     model: Model::Torus,
     pattern: "discs",
-    repeat: [16.0, 7.0],
+    repeat: [14.0, 6.0],
     depth: 0.1,
     extrusion: BASIC,
     eye: [0.0, 2.2, 3.3],
@@ -69,12 +69,32 @@ const SPHERE: Subject = Subject {
     label: "sphere",
     model: Model::Sphere,
     pattern: "discs",
-    repeat: [14.0, 7.0],
+    repeat: [12.0, 6.0],
     depth: 0.1,
     extrusion: BASIC,
     eye: [0.6, 0.9, 3.4],
     target: [0.0, 0.0, 0.0],
     field_of_view: 36.0,
+};
+/// What shows faults best: a deep and dense carving.
+const DENSE_TORUS: Subject = Subject {
+    repeat: [24.0, 10.0],
+    depth: 0.16,
+    ..TORUS
+};
+/// The torus's limb.
+const TORUS_NEAR: Subject = Subject {
+    eye: [0.0, 0.5, 2.6],
+    target: [0.7, 0.0, 0.6],
+    field_of_view: 28.0,
+    ..TORUS
+};
+/// The sphere's limb.
+const SPHERE_NEAR: Subject = Subject {
+    eye: [0.9, 0.9, 1.9],
+    target: [0.5, 0.45, 0.0],
+    field_of_view: 36.0,
+    ..SPHERE
 };
 const CYLINDER: Subject = Subject {
     label: "cylinder",
@@ -83,9 +103,9 @@ const CYLINDER: Subject = Subject {
     repeat: [12.0, 6.0],
     depth: 0.1,
     extrusion: BASIC,
-    eye: [1.2, 1.6, 4.6],
-    target: [0.0, -0.05, 0.0],
-    field_of_view: 40.0,
+    eye: [1.1, 1.3, 4.2],
+    target: [0.0, 0.4, 0.0],
+    field_of_view: 32.0,
 };
 const PLANE: Subject = Subject {
     label: "plane",
@@ -95,8 +115,8 @@ const PLANE: Subject = Subject {
     depth: 0.22,
     extrusion: BASIC,
     eye: [-0.9, 1.5, 2.1],
-    target: [0.05, -0.15, 0.1],
-    field_of_view: 40.0,
+    target: [0.0, -0.15, 0.15],
+    field_of_view: 47.0,
 };
 
 /// Depths of Figure 11.
@@ -125,9 +145,10 @@ pub const FIGURES: &[Figure] = &[
     Figure {
         number: 6,
         title: "The four extrusions on a plane",
-        caption: "Basic, beveled (b = 0.08) and chamfered (c = 0.6); below, each combined \
-                  with outward extrusion (e = 0.08).",
-        ways: &[PLANAR, PAPER, FAST],
+        caption: "Basic, beveled (bevel 0.08) and chamfered (chamfer 0.6); below, each combined \
+                  with outward extrusion (extension 0.08). A plane has no curvature: the planar \
+                  way draws the same pictures as the fast one.",
+        ways: &[PAPER, FAST],
         groups: &[
             &[
                 Subject {
@@ -220,10 +241,6 @@ pub const FIGURES: &[Figure] = &[
                 depth: DEEP,
                 ..SPHERE
             },
-            Subject {
-                depth: DEEP,
-                ..CYLINDER
-            },
         ]],
     },
     Figure {
@@ -287,34 +304,43 @@ pub const FIGURES: &[Figure] = &[
     Figure {
         number: 15,
         title: "Curved relief mapping and curved extrusion mapping",
-        caption: "Relief mapping takes 25 equal steps and 5 bisections, whatever is in the way.",
-        ways: &[RELIEF, PAPER, FAST],
-        groups: &[
-            &[
-                Subject {
-                    label: "sphere, discs",
-                    ..SPHERE
-                },
-                Subject {
-                    label: "torus, discs",
-                    ..TORUS
-                },
-            ],
-            &[
-                Subject {
-                    label: "sphere, letters",
-                    pattern: "letters",
-                    repeat: [6.0, 3.0],
-                    ..SPHERE
-                },
-                Subject {
-                    label: "torus, letters",
-                    pattern: "letters",
-                    repeat: [8.0, 3.0],
-                    ..TORUS
-                },
-            ],
-        ],
+        caption: "Both walk the same bent rays. Relief mapping takes 25 equal steps and 5 \
+                  bisections, so that it breaks up pins and bars that are thinner than a step \
+                  is long. Steps by the distance map cannot skip them. (The pins are discs drawn in, \
+                  which takes a signed distance; the paper's map has none.)",
+        ways: &[RELIEF, FAST],
+        groups: &[&[
+            Subject {
+                label: "sphere, pins",
+                repeat: [24.0, 12.0],
+                depth: 0.2,
+                extrusion: outward(BASIC, -0.2),
+                ..SPHERE_NEAR
+            },
+            Subject {
+                label: "torus, pins",
+                repeat: [32.0, 13.0],
+                depth: 0.2,
+                extrusion: outward(BASIC, -0.22),
+                ..TORUS_NEAR
+            },
+            Subject {
+                label: "sphere, bars",
+                pattern: "lattice",
+                repeat: [8.0, 4.0],
+                depth: 0.2,
+                extrusion: outward(BASIC, -0.012),
+                ..SPHERE_NEAR
+            },
+            Subject {
+                label: "torus, bars",
+                pattern: "lattice",
+                repeat: [10.0, 4.0],
+                depth: 0.2,
+                extrusion: outward(BASIC, -0.012),
+                ..TORUS_NEAR
+            },
+        ]],
     },
     Figure {
         number: 16,
@@ -342,28 +368,18 @@ pub const FIGURES: &[Figure] = &[
         ],
         groups: &[&[
             Subject {
-                label: "torus from above",
-                repeat: [24.0, 10.0],
-                depth: 0.08,
-                ..TORUS
-            },
-            Subject {
                 label: "torus from near",
-                repeat: [24.0, 10.0],
-                depth: 0.16,
                 eye: [0.0, 1.1, 2.2],
                 target: [0.0, -0.1, 0.6],
                 field_of_view: 38.0,
-                ..TORUS
+                ..DENSE_TORUS
             },
             Subject {
                 label: "torus, its rim",
-                repeat: [24.0, 10.0],
-                depth: 0.16,
                 eye: [1.2, 1.6, 1.9],
                 target: [0.9, 0.1, 0.5],
                 field_of_view: 35.0,
-                ..TORUS
+                ..DENSE_TORUS
             },
         ]],
     },

@@ -205,7 +205,7 @@ mod tests {
         let panels = panels();
         let files: BTreeSet<String> = panels.iter().map(Panel::picture_file).collect();
         assert_eq!(files.len(), panels.len());
-        assert!(files.contains("pictures/figure-16-torus-from-above-paper-errors.png"));
+        assert!(files.contains("pictures/figure-16-torus-from-near-paper-errors.png"));
     }
 
     #[test]

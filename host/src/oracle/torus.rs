@@ -43,13 +43,9 @@ impl TorusOracle<'_> {
 
     /// The first hit on the ray from `eye` along the unit vector `direction`.
     pub fn trace(&self, eye: DVec3, direction: DVec3) -> Sample {
-        // The shortest way through the shell that crosses one texel.
-        let width = self.repeat[0] * f64::from(self.map.width());
-        let height = self.repeat[1] * f64::from(self.map.height());
-        let per_texel = (TAU * (MAJOR - MINOR) / width).min(TAU * (MINOR - self.depth) / height);
         // The distance is √2-Lipschitz a texel, and the pattern grows on the way down.
         let growth = self.extrusion.bevel * f64::from(self.map.width()) / self.depth;
-        let per_gap = 1.0 / (1.0 / (FRAC_1_SQRT_2 * per_texel) + growth);
+        let per_gap = 1.0 / (1.0 / (FRAC_1_SQRT_2 * self.shortest_texel()) + growth);
         let (least_outside, least_inside) = (1e-6, 1e-5);
         let mut t = 0.0;
         let mut before = 0.0;
@@ -77,8 +73,8 @@ impl TorusOracle<'_> {
     pub fn normal(&self, eye: DVec3, direction: DVec3, sample: Sample) -> DVec3 {
         let p = eye + direction * sample.t;
         let slope = |f: &dyn Fn(DVec3) -> f64| {
-            // Small against the texels, large against rounding.
-            let h = 1e-5;
+            // Wide enough to smooth the staircase of the pattern's pixels.
+            let h = 3.0 * self.shortest_texel();
             DVec3::AXES
                 .map(|axis| f(p + axis * h) - f(p - axis * h))
                 .into()
@@ -89,6 +85,13 @@ impl TorusOracle<'_> {
             -slope(&|p| self.depth_of(p))
         };
         gradient.normalize_or(-direction)
+    }
+
+    /// The shortest way through the shell that crosses one texel, object units.
+    fn shortest_texel(&self) -> f64 {
+        let width = self.repeat[0] * f64::from(self.map.width());
+        let height = self.repeat[1] * f64::from(self.map.height());
+        (TAU * (MAJOR - MINOR) / width).min(TAU * (MINOR - self.depth) / height)
     }
 
     /// Depth below the surface, object units.
