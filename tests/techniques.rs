@@ -114,9 +114,8 @@ fn normal_errors(
 }
 
 /// A disc on a plane: walls, bevels and chamfers face away from its centre, by
-/// the closed form. A binary outline is a staircase, which the normal of a
-/// pixel follows in part: measured on a map of 4096², the mean error is 0.2°
-/// to 0.5°, and 95 % of the pixels are within 1°.
+/// the closed form, within 1° in every pixel. The map has 4096² texels, since a
+/// binary outline is a staircase, which a normal follows in part.
 #[test]
 fn normals_of_a_disc_on_a_plane() {
     let folder = tempfile::tempdir().unwrap();
@@ -169,12 +168,7 @@ fn normals_of_a_disc_on_a_plane() {
                 errors[count * 95 / 100],
                 errors[count - 1]
             );
-            assert!(mean < 0.6, "{keys}: mean {mean}°");
-            assert!(
-                errors[count * 90 / 100] < 1.0,
-                "{keys}: {}",
-                errors[count * 90 / 100]
-            );
+            assert!(errors[count - 1] < 1.0, "{keys}: {}°", errors[count - 1]);
         }
     }
 }

@@ -270,11 +270,11 @@ fn prepare_object(
 }
 
 /// Half the span of the differences that make the map's gradient, texels: a
-/// power of two, about a 256th of the map, since the outline of a binary
+/// power of two, about a 128th of the map, since the outline of a binary
 /// pattern is a staircase, but less than would reach round a tiny map.
 fn gradient_reach(width: u32, height: u32) -> f32 {
     let (shorter, longer) = (width.min(height), width.max(height));
-    let reach = (shorter / 256).clamp(1, 16);
+    let reach = (shorter / 128).clamp(1, 32);
     let reach = (1u32 << reach.ilog2()) as f32;
     // A side of one texel has no slope, whatever the reach.
     let narrowest = if shorter > 1 { shorter } else { longer };

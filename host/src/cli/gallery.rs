@@ -5,7 +5,7 @@ use super::session::choose_renderer;
 use super::{GalleryArguments, say};
 use anyhow::bail;
 use relievo::gallery::{FIGURES, Gallery, write};
-use std::cell::Cell;
+use std::cell::RefCell;
 use std::path::{Path, PathBuf};
 
 pub fn run(arguments: &GalleryArguments) -> anyhow::Result<()> {
@@ -15,20 +15,21 @@ pub fn run(arguments: &GalleryArguments) -> anyhow::Result<()> {
         size: arguments.size,
     };
     let bar = Bar::new();
-    let told = Cell::new(false);
+    let renderer_line = RefCell::new(None);
     let page = write(
         &gallery,
         FIGURES,
         &|scene| {
             let (renderer, line) = choose_renderer(arguments.backend, None, scene)?;
-            if !told.replace(true) {
-                tracing::info!("{line}");
-            }
+            renderer_line.borrow_mut().get_or_insert(line);
             Ok(renderer)
         },
         &|what, fraction| bar.show(what.to_string(), fraction),
     )?;
     drop(bar);
+    if let Some(line) = renderer_line.take() {
+        say(format_args!("{line}"))?;
+    }
     say(format_args!("{}", page.display()))
 }
 

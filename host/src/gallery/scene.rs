@@ -4,7 +4,7 @@ use super::{Method, Panel};
 use std::path::{Component, Path, PathBuf};
 
 /// The text of the panel's scene; `assets` is the folder of meshes and
-/// patterns, as the scene file names it.
+/// patterns, as the scene file names it. Matte: a highlight shows no carving.
 pub fn scene_text(panel: &Panel, assets: &str, size: [u32; 2]) -> String {
     let subject = panel.subject;
     let object = [
@@ -50,7 +50,7 @@ pub fn scene_text(panel: &Panel, assets: &str, size: [u32; 2]) -> String {
         "# Figure {} of the paper: {}. Written by `relievo gallery`.\n\
          [image]\nsize = {size:?}\nsupersample = true\n\n\
          [camera]\neye = {:?}\ntarget = {:?}\nfov = {:?}\n\n\
-         [[object]]\n{lines}",
+         [[object]]\n{lines}material = {{ specular = 0.0 }}\n",
         panel.figure, subject.label, subject.eye, subject.target, subject.field_of_view,
     )
 }
