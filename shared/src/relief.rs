@@ -2,6 +2,9 @@
 //! the ray through a depth map of the same pattern, then bisection (Policarpo,
 //! Oliveira, Comba, 2005); on a bent path it is curved relief mapping (Oliveira
 //! and Policarpo, 2005). Its steps may skip what is thinner than they are long.
+//!
+//! As published, every pixel takes every step: the linear search remembers the
+//! first point below the map and goes on, and the bisection always follows.
 
 use crate::Real;
 use crate::arithmetic::{clamp, div};
@@ -31,25 +34,23 @@ pub fn search<P: Path, T: Texels + ?Sized>(
         let depth = map.relief_depth(texels, profile, path.uv(s));
         clamp(path.depth_fraction(s), 0.0, 1.0) >= depth
     };
-    if below(start) {
-        return March {
-            end: if start > 0.0 { END_SIDE } else { END_CAP },
-            s: start,
-            uv: path.uv(start),
-            depth_fraction: clamp(path.depth_fraction(start), 0.0, 1.0),
-            steps: 0,
-        };
-    }
+    let at_start = below(start);
+    let mut met = at_start;
     let mut before = start;
     let mut s = start;
     let mut steps = 0;
-    let mut met = false;
-    while steps < linear_steps && !met {
-        before = s;
+    while steps < linear_steps {
         steps += 1;
-        s = start + step * (steps as i32 as Real);
+        let next = start + step * (steps as i32 as Real);
         // The last point of a path that leaves through the cap lies on the cap.
-        met = (steps < linear_steps || path.ends_on_floor()) && s <= end && below(s);
+        let counts = (steps < linear_steps || path.ends_on_floor()) && next <= end;
+        if below(next) && counts && !met {
+            met = true;
+            s = next;
+        }
+        if !met {
+            before = next;
+        }
     }
     if !met {
         let on_floor = path.ends_on_floor();
@@ -73,7 +74,9 @@ pub fn search<P: Path, T: Texels + ?Sized>(
     }
     let depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
     March {
-        end: if depth_fraction >= FLOOR {
+        end: if at_start && start <= 0.0 {
+            END_CAP
+        } else if depth_fraction >= FLOOR {
             END_FLOOR
         } else {
             END_SIDE

@@ -188,7 +188,9 @@ pub const FIGURES: &[Figure] = &[
     Figure {
         number: 11,
         title: "Objects without and with the correction, at two depths",
-        caption: "The deeper the carving, the more a straight outline betrays the polygons.",
+        caption: "The deeper the carving, the more a straight outline betrays the polygons. As \
+                  printed, Algorithm 1 takes the curvature along u for that along v as well: of \
+                  the torus's outline the paper's way cuts the left and the right only.",
         ways: &[PLANAR, PAPER, FAST],
         groups: &[
             &[
@@ -304,10 +306,11 @@ pub const FIGURES: &[Figure] = &[
     Figure {
         number: 15,
         title: "Curved relief mapping and curved extrusion mapping",
-        caption: "Both walk the same bent rays. Relief mapping takes 25 equal steps and 5 \
-                  bisections, so that it breaks up pins and bars that are thinner than a step \
-                  is long. Steps by the distance map cannot skip them. (The pins are discs drawn in, \
-                  which takes a signed distance; the paper's map has none.)",
+        caption: "Both walk the same bent rays, and share their errors, which are large at such \
+                  a depth. Relief mapping takes 25 equal steps and 5 bisections, so that it \
+                  breaks up pins and bars that are thinner than a step is long. Steps by the \
+                  distance map cannot skip them. (The pins are discs drawn in, which takes a \
+                  signed distance; the paper's map has none.)",
         ways: &[RELIEF, FAST],
         groups: &[&[
             Subject {

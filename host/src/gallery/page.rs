@@ -2,7 +2,6 @@
 
 use super::{Figure, Numbers, Panel, Show};
 use std::collections::BTreeSet;
-use std::fmt::Write;
 
 /// A panel and what was measured of it.
 pub struct Drawn {
@@ -96,13 +95,13 @@ pub fn markdown(figures: &[DrawnFigure<'_>], size: [u32; 2]) -> String {
             for drawn in row {
                 let panel = &drawn.panel;
                 let label = panel.label();
-                let _ = write!(
-                    text,
-                    " ![{label}]({})<br>**{label}**<br>{}<br>[scene]({}) |",
-                    panel.picture_file(),
-                    lines(drawn).join("<br>"),
-                    panel.scene_file(),
-                );
+                let cell: Vec<String> =
+                    std::iter::once(format!("![{label}]({})", panel.picture_file()))
+                        .chain([format!("**{label}**")])
+                        .chain(lines(drawn))
+                        .chain([format!("[scene]({})", panel.scene_file())])
+                        .collect();
+                text += &format!(" {} |", cell.join("<br>"));
             }
             text += "\n";
         }
