@@ -12,7 +12,7 @@ impl fmt::Display for Table1 {
         writeln!(
             out,
             "Torus of 2,028 triangles at {width} × {height} pixels, of which at least {:.1} % are covered; \
-             maps of 1024² texels, 25 linear and 5 binary steps; {} rounds of all methods in turn, after one to warm up.",
+             maps of 1024² texels, 25 linear and 5 binary steps; rounds of all methods in turn: {}, after one to warm up.",
             100.0 * self.least_covered(),
             self.frames
         )?;

@@ -395,6 +395,17 @@ fn extrusion(
     if !has_chamfer {
         forbid(&table.chamfer, "chamfer", "write technique = \"chamfered\"")?;
     }
+    // The paper's D is never negative, and D − e with it.
+    if let (Some(Tier::Paper), Some(extension)) = (table.tier, &table.extension)
+        && *extension.get_ref() < 0.0
+    {
+        return Err(check.wrong(
+            extension,
+            &key("extension"),
+            "is negative, which the paper's algorithms do not know; use tier = \"fast\""
+                .to_string(),
+        ));
+    }
     let extension_default = if technique == Technique::Outward {
         0.02
     } else {
@@ -585,6 +596,11 @@ mod tests {
             (object("depth = -1"), "line 4", "depth"),
             (object("repeat = [0, 6]"), "line 4", "repeat"),
             (object("repeat = [inf, 6]"), "line 4", "repeat"),
+            (
+                object("tier = \"paper\"\nextension = -0.1"),
+                "line 5",
+                "fast",
+            ),
             (object("steps = 0"), "line 4", "steps"),
             (object("steps = -99999999999"), "line 4", "steps"),
             (object("tier = \"best\""), "line 4", "fast"),
