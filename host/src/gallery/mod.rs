@@ -1,7 +1,7 @@
 //! The figures of the paper, drawn by its algorithms and by ours, as one page.
 //!
 //! A figure is data: what is shown ([`Subject`]) and how ([`Way`]); a [`Panel`]
-//! is one picture of it. [`write`] makes of every panel a scene file, a picture
+//! is one picture of it. [`write`](fn@write) makes of every panel a scene file, a picture
 //! and numbers, and of all panels a page in HTML and one in Markdown.
 
 mod draw;
