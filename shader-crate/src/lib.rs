@@ -3,8 +3,8 @@
 //!
 //! Bindings of group 0, all read-only storage buffers of plain scalars:
 //! 0 [`Frame`], 1 [`Object`], 2 the object's [`Triangle`]s, 3 the words of its
-//! shape map. Draws are not indexed: six vertices a triangle, the bounding
-//! rectangle of its pixels; the fragment decides by an exact test.
+//! shape map. Draws are not indexed: six vertices a triangle, an outline
+//! around its pixels; the fragment decides by an exact test.
 #![cfg_attr(target_arch = "spirv", no_std)]
 // A binding is an argument.
 #![allow(clippy::too_many_arguments)]
@@ -33,7 +33,7 @@ impl Texels for Buffer<'_> {
     }
 }
 
-/// Places the corners of the rectangle around a triangle's pixels.
+/// Places the corners of the outline around a triangle's pixels.
 #[spirv(vertex)]
 pub fn vertex(
     #[spirv(vertex_index)] vertex_index: u32,
@@ -45,8 +45,8 @@ pub fn vertex(
     let index = vertex_index / 6;
     // SAFETY: the host draws six vertices for each triangle of the buffer.
     let triangle = unsafe { triangles.index_unchecked(index as usize) };
-    let rectangle = camera::bounding_rectangle(frame, triangle);
-    let corner = camera::rectangle_corner(&rectangle, vertex_index - 6 * index);
+    let outline = camera::outline(frame, triangle);
+    let corner = camera::outline_vertex(&outline, vertex_index - 6 * index);
     *position = vec4(corner.x, corner.y, 0.5, 1.0);
     *triangle_index = index;
 }

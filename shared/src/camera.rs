@@ -1,6 +1,6 @@
-//! From pixels to rays and from triangles to rectangles of pixels.
+//! From pixels to rays and from triangles to the pixels that may see them.
 
-use crate::arithmetic::{div, max, min, normalize_or};
+use crate::arithmetic::{abs, div, max, min, normalize_or, sqrt};
 use crate::layout::{Frame, Triangle, vec3};
 use crate::{Real, Vec2, Vec3};
 
@@ -33,61 +33,187 @@ pub struct Rectangle {
     pub high: Vec2,
 }
 
-/// A rectangle that holds every pixel whose ray can meet `triangle`, a pixel
-/// too large on each side; empty (`low` = `high`) where none can.
-///
-/// Rasterising this rectangle, with the exact test of [`crate::facet`] in the
-/// fragment, makes a picture that does not depend on the device's rules for
-/// pixels on shared edges.
+/// A triangle as the picture sees it.
+#[derive(Clone, Copy)]
+struct Projection {
+    /// Whether any pixel can see its front.
+    visible: bool,
+    /// Whether all corners lie behind the near plane, so that `corners` mean something.
+    bounded: bool,
+    /// The corners in normalised device coordinates.
+    corners: [Vec2; 3],
+}
+
 #[inline]
-pub fn bounding_rectangle(frame: &Frame, triangle: &Triangle) -> Rectangle {
+fn project(frame: &Frame, triangle: &Triangle) -> Projection {
     let eye = vec3(frame.eye);
     let a = vec3(triangle.corners[0].position) - eye;
     let b = vec3(triangle.corners[1].position) - eye;
     let c = vec3(triangle.corners[2].position) - eye;
     let forward = vec3(frame.forward);
-    let near = frame.near;
     let (za, zb, zc) = (a.dot(forward), b.dot(forward), c.dot(forward));
-    let nothing = Rectangle {
-        low: Vec2::ZERO,
-        high: Vec2::ZERO,
+    let mut projection = Projection {
+        visible: false,
+        bounded: false,
+        corners: [Vec2::ZERO, Vec2::ZERO, Vec2::ZERO],
     };
     // The facet shows its back to the eye. The margin leaves doubtful ones to
     // the exact test.
     let normal = (b - a).cross(c - a);
     let facing = normal.dot(a);
     if facing > 0.0 && facing * facing > 1e-8 * normal.dot(normal) * a.dot(a) {
-        return nothing;
+        return projection;
     }
-    let behind = 0.99 * near;
+    let behind = 0.99 * frame.near;
     if za < behind && zb < behind && zc < behind {
-        return nothing;
+        return projection;
     }
+    projection.visible = true;
     // A corner in front of the near plane has no bounded projection.
     if za < behind || zb < behind || zc < behind {
+        return projection;
+    }
+    projection.bounded = true;
+    let (right, up) = (vec3(frame.right), vec3(frame.up));
+    let (ia, ib, ic) = (div(1.0, za), div(1.0, zb), div(1.0, zc));
+    projection.corners = [
+        Vec2::new(a.dot(right) * ia, a.dot(up) * ia),
+        Vec2::new(b.dot(right) * ib, b.dot(up) * ib),
+        Vec2::new(c.dot(right) * ic, c.dot(up) * ic),
+    ];
+    projection
+}
+
+/// A rectangle that holds every pixel whose ray can meet `triangle` behind the
+/// near plane, a pixel too large on each side; empty (`low` = `high`) where
+/// none can.
+#[inline]
+pub fn bounding_rectangle(frame: &Frame, triangle: &Triangle) -> Rectangle {
+    rectangle_of(frame, &project(frame, triangle))
+}
+
+#[inline]
+fn rectangle_of(frame: &Frame, projection: &Projection) -> Rectangle {
+    let nothing = Rectangle {
+        low: Vec2::ZERO,
+        high: Vec2::ZERO,
+    };
+    if !projection.visible {
+        return nothing;
+    }
+    if !projection.bounded {
         return Rectangle {
             low: Vec2::new(-1.0, -1.0),
             high: Vec2::new(1.0, 1.0),
         };
     }
-    let (right, up) = (vec3(frame.right), vec3(frame.up));
-    let (ia, ib, ic) = (div(1.0, za), div(1.0, zb), div(1.0, zc));
-    let (xa, xb, xc) = (a.dot(right) * ia, b.dot(right) * ib, c.dot(right) * ic);
-    let (ya, yb, yc) = (a.dot(up) * ia, b.dot(up) * ib, c.dot(up) * ic);
+    let [a, b, c] = projection.corners;
     let pixel_x = div(2.0, frame.size[0]);
     let pixel_y = div(2.0, frame.size[1]);
     let low = Vec2::new(
-        max(min(xa, min(xb, xc)) - pixel_x, -1.0),
-        max(min(ya, min(yb, yc)) - pixel_y, -1.0),
+        max(min(a.x, min(b.x, c.x)) - pixel_x, -1.0),
+        max(min(a.y, min(b.y, c.y)) - pixel_y, -1.0),
     );
     let high = Vec2::new(
-        min(max(xa, max(xb, xc)) + pixel_x, 1.0),
-        min(max(ya, max(yb, yc)) + pixel_y, 1.0),
+        min(max(a.x, max(b.x, c.x)) + pixel_x, 1.0),
+        min(max(a.y, max(b.y, c.y)) + pixel_y, 1.0),
     );
     if low.x < high.x && low.y < high.y {
         Rectangle { low, high }
     } else {
         nothing
+    }
+}
+
+/// What is rasterised for a triangle: the triangle grown by a pixel, or, where
+/// it is too thin or too large for that, its bounding rectangle.
+///
+/// Either holds every pixel whose ray can meet the triangle behind the near
+/// plane. With the exact test of [`crate::facet`] in the fragment this makes a
+/// picture that does not depend on the device's rules for pixels on shared edges.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Outline {
+    /// Whether `corners` are to be drawn, and not `rectangle`.
+    pub grown: bool,
+    /// The grown triangle, normalised device coordinates.
+    pub corners: [Vec2; 3],
+    /// The bounding rectangle.
+    pub rectangle: Rectangle,
+}
+
+/// Corners sharper than this sine would be moved too far.
+const SHARPEST: Real = 0.15;
+/// Beyond this, pixels, rounding errors come near the margin of a pixel.
+const FURTHEST: Real = 16_384.0;
+
+/// The outline of `triangle` in `frame`.
+#[inline]
+pub fn outline(frame: &Frame, triangle: &Triangle) -> Outline {
+    let projection = project(frame, triangle);
+    let rectangle = rectangle_of(frame, &projection);
+    // In pixels, so that the margin is the same in both directions.
+    let scale = Vec2::new(0.5 * frame.size[0], 0.5 * frame.size[1]);
+    let [a, b, c] = projection.corners;
+    let (a, b, c) = (a * scale, b * scale, c * scale);
+    let (ab, bc, ca) = (unit(b - a), unit(c - b), unit(a - c));
+    let (at_a, at_b, at_c) = (sine(ca, ab), sine(ab, bc), sine(bc, ca));
+    let reach = max(largest(a), max(largest(b), largest(c)));
+    let grown = projection.bounded
+        && at_a > SHARPEST
+        && at_b > SHARPEST
+        && at_c > SHARPEST
+        && reach < FURTHEST
+        && rectangle.low.x < rectangle.high.x;
+    let pixel = Vec2::new(div(2.0, frame.size[0]), div(2.0, frame.size[1]));
+    // Both edges of a corner move outwards by a pixel, and it with them.
+    let grow = |corner: Vec2, before: Vec2, after: Vec2, sine: Real| {
+        (corner + (before - after) * div(1.0, max(sine, SHARPEST))) * pixel
+    };
+    Outline {
+        grown,
+        corners: [
+            grow(a, ca, ab, at_a),
+            grow(b, ab, bc, at_b),
+            grow(c, bc, ca, at_c),
+        ],
+        rectangle,
+    }
+}
+
+/// `v` at length 1; zero where it has none.
+#[inline]
+fn unit(v: Vec2) -> Vec2 {
+    let squared = v.dot(v);
+    if squared > 1e-12 {
+        v * div(1.0, sqrt(squared))
+    } else {
+        Vec2::ZERO
+    }
+}
+
+/// The sine of the angle from the unit vector `a` to the unit vector `b`.
+#[inline]
+fn sine(a: Vec2, b: Vec2) -> Real {
+    a.x * b.y - a.y * b.x
+}
+
+#[inline]
+fn largest(v: Vec2) -> Real {
+    max(abs(v.x), abs(v.y))
+}
+
+/// Vertex `index` (0…5) of the two triangles that are drawn for `outline`.
+#[inline]
+pub fn outline_vertex(outline: &Outline, index: u32) -> Vec2 {
+    if !outline.grown {
+        rectangle_corner(&outline.rectangle, index)
+    } else if index == 1 {
+        outline.corners[1]
+    } else if index == 2 {
+        outline.corners[2]
+    } else {
+        // The second triangle is none.
+        outline.corners[0]
     }
 }
 
@@ -241,6 +367,36 @@ mod tests {
         }
     }
 
+    /// Whether `point` lies in one of the two triangles drawn for `outline`.
+    fn is_drawn(outline: &Outline, point: Vec2) -> bool {
+        let corner = |i| outline_vertex(outline, i);
+        [0, 3].iter().any(|&first| {
+            let [a, b, c] = [corner(first), corner(first + 1), corner(first + 2)];
+            let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (q - p).perp_dot(point - p));
+            let area = (b - a).perp_dot(c - a);
+            area != 0.0 && (sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0))
+        })
+    }
+
+    #[test]
+    fn the_outline_of_a_plain_triangle_is_a_pixel_wider() {
+        let mut frame = looking_down_z();
+        frame.size = [200.0, 100.0];
+        let front = [(-0.4, -0.1), (0.2, -0.1), (-0.4, 0.3)].map(|(x, y)| Vec3::new(x, y, -1.0));
+        let found = outline(&frame, &triangle(front));
+        assert!(found.grown);
+        // A pixel is 0.01 and 0.02: the right angle moves by one of each.
+        let corner = Vec2::new(-0.41, -0.22);
+        assert!((found.corners[0] - corner).length() < 1e-5, "{found:?}");
+        // Half the rectangle's area, and the margin.
+        let [a, b, c] = found.corners;
+        let area = 0.5 * (b - a).perp_dot(c - a);
+        assert!((0.24..0.3).contains(&area), "{area}");
+        // A sliver has its rectangle drawn.
+        let sliver = [front[0], front[1], Vec3::new(-0.4, -0.095, -1.0)];
+        assert!(!outline(&frame, &triangle(sliver)).grown);
+    }
+
     fn point(random: &mut Random, size: f64) -> Vec3 {
         let mut number = || random.within(-size, size) as f32;
         Vec3::new(number(), number(), number())
@@ -250,9 +406,10 @@ mod tests {
     /// facet in front of the near plane is not drawn, so only meetings behind
     /// the near plane count.
     #[test]
-    fn every_pixel_that_meets_a_triangle_lies_in_its_rectangle() {
+    fn every_pixel_that_meets_a_triangle_lies_in_its_outline() {
         let mut random = Random(1);
         let (mut met, mut everywhere, mut far_outside) = (0, 0, 0);
+        let mut grown = 0;
         for _ in 0..20_000 {
             let eye = point(&mut random, 2.0);
             let middle = eye + point(&mut random, 3.0);
@@ -272,6 +429,8 @@ mod tests {
             );
             let triangle = triangle(corners);
             let rectangle = bounding_rectangle(&frame, &triangle);
+            let outline = outline(&frame, &triangle);
+            grown += u32::from(outline.grown);
             let whole = rectangle.low == -Vec2::ONE && rectangle.high == Vec2::ONE;
             for y in 0..frame.size[1] as u32 {
                 for x in 0..frame.size[0] as u32 {
@@ -287,6 +446,10 @@ mod tests {
                         met += 1;
                         everywhere += u32::from(whole);
                         assert!(
+                            is_drawn(&outline, centre),
+                            "pixel ({x}, {y}) at {centre} outside {outline:?}: {frame:?} {triangle:?}"
+                        );
+                        assert!(
                             inside,
                             "pixel ({x}, {y}) at {centre} outside {rectangle:?}: {frame:?} {triangle:?}"
                         );
@@ -301,5 +464,6 @@ mod tests {
         );
         assert!(met > 10_000 && met - everywhere > 5_000 && everywhere > 1_000);
         assert!(far_outside > 100_000);
+        assert!(grown > 1_000, "{grown}");
     }
 }
