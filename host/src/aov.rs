@@ -1,7 +1,7 @@
 //! Arbitrary output variables: what was hit, as one OpenEXR file.
 
 use crate::Error;
-use crate::file::write_whole;
+use crate::file::write_bytes;
 use crate::prepare::PreparedScene;
 use crate::render::GeometryWords;
 use crate::scene::Scene;
@@ -82,12 +82,7 @@ pub fn save_exr(
             path: path.to_path_buf(),
             message: error.to_string(),
         })?;
-    write_whole(path, |file| {
-        std::io::Write::write_all(file, bytes.get_ref()).map_err(|source| Error::Write {
-            path: path.to_path_buf(),
-            source,
-        })
-    })
+    write_bytes(path, bytes.get_ref())
 }
 
 /// OpenEXR text is Latin-1: other characters are written as `\u{…}`.

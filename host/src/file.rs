@@ -44,6 +44,19 @@ pub fn write_whole(
     Ok(())
 }
 
+/// Writes `bytes` to `path`, as [`write_whole`] does.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+    write_whole(path, |file| {
+        file.write_all(bytes).map_err(|source| Error::Write {
+            path: path.to_path_buf(),
+            source,
+        })
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,8 +5,7 @@ use super::statistics::Summary;
 use crate::Error;
 use crate::prepare::{PreparedScene, prepare};
 use crate::render::gpu::{Found, Shaders};
-use crate::render::{CpuRenderer, GeometryWords, GpuRenderer, RenderError, Renderer};
-use relievo_shared::normals::CLASS_MISS;
+use crate::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use std::path::Path;
 use std::time::Instant;
 
@@ -136,11 +135,12 @@ fn measure_row(
     let device = renderers[0].renderer().name();
     let mut cells = Vec::with_capacity(renderers.len());
     for ((method, scene), timed) in Method::ALL.into_iter().zip(scenes).zip(&mut renderers) {
-        let (covered, linear_steps) = look(&timed.renderer().geometry(&scene.frame)?);
+        let geometry = timed.renderer().geometry(&scene.frame)?;
+        let (covered, linear_steps) = geometry.coverage();
         cells.push(Cell {
             method,
             milliseconds: Vec::with_capacity(frames as usize),
-            covered,
+            covered: covered as f64 / geometry.surface.len() as f64,
             linear_steps,
         });
     }
@@ -161,20 +161,6 @@ fn measure_row(
         clock,
         rows: vec![cells],
     })
-}
-
-/// The covered share of a picture, and the mean of the linear steps there.
-fn look(geometry: &GeometryWords) -> (f64, f64) {
-    let pixels = geometry.surface.len();
-    let (mut covered, mut steps) = (0_u64, 0_u64);
-    for index in (0..pixels).filter(|&index| geometry.class(index) != CLASS_MISS) {
-        covered += 1;
-        steps += u64::from(geometry.steps(index));
-    }
-    (
-        covered as f64 / pixels as f64,
-        steps as f64 / covered.max(1) as f64,
-    )
 }
 
 /// A renderer with a clock.

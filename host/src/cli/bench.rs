@@ -5,10 +5,9 @@ use super::session::load;
 use super::{BenchSceneArguments, BenchTable1Arguments, Measured, say};
 use relievo::Error;
 use relievo::bench::{Backend, Summary, Table1, measure};
-use relievo::file::write_whole;
+use relievo::file::write_bytes;
 use relievo::render::gpu::{Found, Shaders, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
-use std::io::Write;
 use std::path::Path;
 use std::time::Instant;
 
@@ -155,13 +154,7 @@ fn write_files(table: &Table1, folder: &Path) -> anyhow::Result<()> {
         (plot, svg),
         (folder.join("table1.md"), text),
     ] {
-        write_whole(&path, |file| {
-            file.write_all(content.as_bytes())
-                .map_err(|source| Error::Write {
-                    path: path.clone(),
-                    source,
-                })
-        })?;
+        write_bytes(&path, content.as_bytes())?;
         say(format_args!("{}", path.display()))?;
     }
     Ok(())

@@ -5,7 +5,7 @@ use super::scene::{relative, scene_text};
 use super::truth::{error_picture, truth_picture};
 use super::{Figure, Model, Panel, Show};
 use crate::Error;
-use crate::file::write_whole;
+use crate::file::write_bytes;
 use crate::oracle::{Accuracy, TorusOracle};
 use crate::overlay::draw_mesh;
 use crate::picture::Picture;
@@ -13,9 +13,7 @@ use crate::prepare::{PreparedScene, prepare};
 use crate::render::{RenderError, Renderer};
 use crate::scene::{Color, Scene};
 use glam::DVec3;
-use relievo_shared::normals::CLASS_MISS;
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 /// The ink of the polygon mesh.
@@ -107,11 +105,11 @@ pub fn write(
         drawn.push((figure, rows));
     }
     let html = gallery.output.join("index.html");
-    write_text(
+    write_bytes(
         &gallery.output.join("index.md"),
-        &page::markdown(&drawn, gallery.size),
+        page::markdown(&drawn, gallery.size).as_bytes(),
     )?;
-    write_text(&html, &page::html(&drawn, gallery.size))?;
+    write_bytes(&html, page::html(&drawn, gallery.size).as_bytes())?;
     Ok(html)
 }
 
@@ -124,7 +122,7 @@ fn draw(
 ) -> Result<Numbers, Error> {
     let path = gallery.output.join(panel.scene_file());
     let text = scene_text(panel, assets, gallery.size);
-    write_text(&path, &text)?;
+    write_bytes(&path, text.as_bytes())?;
     let scene = Scene::parse(&text, &path)?;
     let prepared = prepare(&scene, &|_| ())?;
     let mut renderer = choose(&prepared)?;
@@ -167,26 +165,13 @@ fn draw(
         &[("Software", software), ("relievo-scene", &text)],
     )?;
 
-    let hits: Vec<usize> = (0..words.surface.len())
-        .filter(|&i| words.class(i) != CLASS_MISS)
-        .collect();
-    let steps: u64 = hits.iter().map(|&i| u64::from(words.steps(i))).sum();
+    let (covered, steps) = words.coverage();
     Ok(Numbers {
-        covered: hits.len(),
-        steps: steps as f64 / hits.len().max(1) as f64,
+        covered,
+        steps,
         time,
         renderer: renderer.name(),
         accuracy: truth.map(|truth| truth.judge(&words)),
-    })
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), Error> {
-    write_whole(path, |file| {
-        file.write_all(text.as_bytes())
-            .map_err(|source| Error::Write {
-                path: path.to_path_buf(),
-                source,
-            })
     })
 }
 
@@ -195,6 +180,7 @@ mod tests {
     use super::super::FIGURES;
     use super::*;
     use crate::render::CpuRenderer;
+    use std::path::Path;
     use std::sync::Mutex;
 
     /// Figure 16 on a few pixels, twice into the same folder.

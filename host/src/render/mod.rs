@@ -6,6 +6,7 @@ pub mod gpu;
 
 use crate::prepare::PreparedScene;
 use relievo_shared::layout::Frame;
+use relievo_shared::normals::CLASS_MISS;
 
 pub use cpu::CpuRenderer;
 pub use gpu::GpuRenderer;
@@ -51,6 +52,17 @@ impl GeometryWords {
     /// Steps of the linear search in pixel number `index`; 0 where nothing was hit.
     pub fn steps(&self, index: usize) -> u32 {
         self.surface[index][0] >> 8
+    }
+
+    /// Number of the pixels in which something was hit, and the mean of the
+    /// linear steps in those.
+    pub fn coverage(&self) -> (usize, f64) {
+        let (mut covered, mut steps) = (0, 0_u64);
+        for index in (0..self.surface.len()).filter(|&index| self.class(index) != CLASS_MISS) {
+            covered += 1;
+            steps += u64::from(self.steps(index));
+        }
+        (covered, steps as f64 / covered.max(1) as f64)
     }
 }
 
@@ -120,7 +132,7 @@ pub trait Renderer {
 /// The background of `scene` as a pixel of [`ColorWords`].
 fn background_words(scene: &PreparedScene) -> [u32; 4] {
     let [r, g, b] = scene.background.map(f32::to_bits);
-    [r, g, b, relievo_shared::normals::CLASS_MISS]
+    [r, g, b, CLASS_MISS]
 }
 
 /// `count` copies of `value`, or an error where the memory does not suffice.

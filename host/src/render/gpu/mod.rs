@@ -204,7 +204,9 @@ impl GpuRenderer {
         self.draw(frame, false, false)?;
         let wall = start.elapsed();
         let pass = match &self.timestamps {
-            Some(timestamps) => Some(timestamps.read(|| self.wait(), |why| self.failed(why))?),
+            Some(timestamps) => {
+                Some(self.map(timestamps.buffer(), |bytes| timestamps.duration(bytes))?)
+            }
             None => None,
         };
         Ok(FrameTime { wall, pass })
@@ -310,6 +312,33 @@ impl GpuRenderer {
             .map_err(|error| self.failed(error.to_string()))
     }
 
+    /// Shows the bytes of a buffer that the device has written to `look`.
+    fn map<T>(
+        &self,
+        buffer: &wgpu::Buffer,
+        look: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T, RenderError> {
+        let slice = buffer.slice(..);
+        let (sender, receiver) = mpsc::channel();
+        slice.map_async(wgpu::MapMode::Read, move |result| {
+            // The receiver waits below; if it is gone, so is the need.
+            let _ = sender.send(result);
+        });
+        self.wait()?;
+        receiver
+            .recv()
+            .map_err(|error| self.failed(error.to_string()))?
+            .map_err(|error| self.failed(error.to_string()))?;
+        let seen = {
+            let bytes = slice
+                .get_mapped_range()
+                .map_err(|error| self.failed(error.to_string()))?;
+            look(&bytes)
+        };
+        buffer.unmap();
+        Ok(seen)
+    }
+
     fn failed(&self, message: String) -> RenderError {
         RenderError::Device {
             adapter: self.description.clone(),
@@ -323,30 +352,15 @@ impl GpuRenderer {
             .targets
             .as_ref()
             .ok_or_else(|| self.failed("nothing was drawn".to_string()))?;
-        let slice = targets.read_back[index].slice(..);
-        let (sender, receiver) = mpsc::channel();
-        slice.map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver waits below; if it is gone, so is the need.
-            let _ = sender.send(result);
-        });
-        self.wait()?;
-        receiver
-            .recv()
-            .map_err(|error| self.failed(error.to_string()))?
-            .map_err(|error| self.failed(error.to_string()))?;
         let count = targets.width as usize * targets.height as usize;
         let mut words = allocate("the picture", count, [0; 4])?;
-        {
-            let bytes = slice
-                .get_mapped_range()
-                .map_err(|error| self.failed(error.to_string()))?;
+        self.map(&targets.read_back[index], |bytes| {
             let row_bytes = targets.width as usize * size_of::<[u32; 4]>();
             let rows = bytes.chunks(targets.stride as usize);
             for (pixels, row) in words.chunks_mut(targets.width as usize).zip(rows) {
                 bytemuck::cast_slice_mut(pixels).copy_from_slice(&row[..row_bytes]);
             }
-        }
-        targets.read_back[index].unmap();
+        })?;
         Ok(words)
     }
 }

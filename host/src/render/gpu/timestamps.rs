@@ -1,7 +1,5 @@
 //! Timing a render pass by the device's own clock.
 
-use super::RenderError;
-use std::sync::mpsc;
 use std::time::Duration;
 
 /// Bytes of the two timestamps.
@@ -54,38 +52,19 @@ impl Timestamps {
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.read_back, 0, SIZE);
     }
 
-    /// The time of the last pass, once its commands are done; `wait` waits for
-    /// the device, `failed` makes an error of a reason.
-    pub(super) fn read(
-        &self,
-        wait: impl Fn() -> Result<(), RenderError>,
-        failed: impl Fn(String) -> RenderError,
-    ) -> Result<Duration, RenderError> {
-        let slice = self.read_back.slice(..);
-        let (sender, receiver) = mpsc::channel();
-        slice.map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver waits below; if it is gone, so is the need.
-            let _ = sender.send(result);
+    /// Where the two resolved ticks can be read.
+    pub(super) fn buffer(&self) -> &wgpu::Buffer {
+        &self.read_back
+    }
+
+    /// The time between the two ticks in `bytes`, the contents of [`Self::buffer`].
+    pub(super) fn duration(&self, bytes: &[u8]) -> Duration {
+        let [begin, end] = [0, 8].map(|at| {
+            let mut word = [0; 8];
+            word.copy_from_slice(&bytes[at..at + 8]);
+            u64::from_le_bytes(word)
         });
-        wait()?;
-        receiver
-            .recv()
-            .map_err(|error| failed(error.to_string()))?
-            .map_err(|error| failed(error.to_string()))?;
-        let ticks = {
-            let bytes = slice
-                .get_mapped_range()
-                .map_err(|error| failed(error.to_string()))?;
-            let [begin, end] = [0, 8].map(|at| {
-                let mut word = [0; 8];
-                word.copy_from_slice(&bytes[at..at + 8]);
-                u64::from_le_bytes(word)
-            });
-            end.saturating_sub(begin)
-        };
-        self.read_back.unmap();
-        Ok(Duration::from_nanos(
-            (ticks as f64 * f64::from(self.period)) as u64,
-        ))
+        let ticks = end.saturating_sub(begin);
+        Duration::from_nanos((ticks as f64 * f64::from(self.period)) as u64)
     }
 }
