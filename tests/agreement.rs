@@ -2,7 +2,7 @@
 //! for a shader to reach the driver. No adapter is a failure: see `tests/run`.
 
 use relievo::prepare::prepare;
-use relievo::render::gpu::{Found, Shaders, adapters};
+use relievo::render::gpu::{Adapter, Choice, Shaders, adapters};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo::verify::{Agreement, compare};
@@ -14,7 +14,7 @@ const LARGEST_SHARE: f64 = 0.05;
 const LARGEST_COLOR_DIFFERENCE: f32 = 1e-3;
 const LARGEST_DISTANCE_DIFFERENCE: f32 = 1e-4;
 
-fn every_adapter() -> Vec<Found> {
+fn every_adapter() -> Vec<Adapter> {
     let all = adapters();
     assert!(
         !all.is_empty(),
@@ -23,11 +23,11 @@ fn every_adapter() -> Vec<Found> {
     all
 }
 
-fn agreement(path: &Path, found: &Found, shaders: Shaders) -> Agreement {
+fn agreement(path: &Path, found: &Adapter, shaders: Shaders) -> Agreement {
     let mut scene = Scene::load(path).unwrap();
     scene.size = [320, 240];
     let scene = prepare(&scene, &|_| ()).unwrap();
-    let mut gpu = GpuRenderer::with_shaders(&scene, found, shaders).unwrap();
+    let mut gpu = GpuRenderer::new(&scene, found, Choice::These(shaders)).unwrap();
     let mut cpu = CpuRenderer::new(&scene);
     let frame = &scene.frame;
     compare(
@@ -47,9 +47,10 @@ fn gpu_pictures_are_cpu_pictures() {
                     continue;
                 }
                 let agreement = agreement(&scene, &found, shaders);
-                let close = agreement.pixels == 320 * 240
+                let close = agreement.color.inputs == 320 * 240
                     && agreement.class_pixels == 0
-                    && agreement.color_pixels as f64 <= LARGEST_SHARE * agreement.pixels as f64
+                    && agreement.color.inputs_different as f64
+                        <= LARGEST_SHARE * agreement.color.inputs as f64
                     && agreement.largest_color_difference <= LARGEST_COLOR_DIFFERENCE
                     && agreement.largest_distance_difference <= LARGEST_DISTANCE_DIFFERENCE;
                 if !close || (shaders == Shaders::Exact && !agreement.is_exact()) {
@@ -74,7 +75,7 @@ fn gpu_picture_of_another_scene_is_caught() {
     let right = prepare(&scene, &|_| ()).unwrap();
     scene.objects[0].depth = Some(0.0600001);
     let wrong = prepare(&scene, &|_| ()).unwrap();
-    let mut gpu = GpuRenderer::new(&wrong, &found).unwrap();
+    let mut gpu = GpuRenderer::new(&wrong, &found, Choice::Trusted).unwrap();
     let mut cpu = CpuRenderer::new(&right);
     let frame = &right.frame;
     let agreement = compare(
@@ -82,7 +83,7 @@ fn gpu_picture_of_another_scene_is_caught() {
         [&gpu.geometry(frame).unwrap(), &cpu.geometry(frame).unwrap()],
     );
     assert!(
-        agreement.different_geometry_words > agreement.geometry_words / 50,
+        agreement.geometry.different > agreement.geometry.words / 50,
         "{agreement:?}"
     );
 }
@@ -94,7 +95,7 @@ fn gpu_frames_repeat() {
     let mut scene = Scene::load(&scenes()[0]).unwrap();
     scene.size = [97, 61];
     let scene = prepare(&scene, &|_| ()).unwrap();
-    let mut gpu = GpuRenderer::new(&scene, &found).unwrap();
+    let mut gpu = GpuRenderer::new(&scene, &found, Choice::Trusted).unwrap();
     let first = gpu.color(&scene.frame).unwrap();
     let finer = gpu.color(&scene.frame_with_samples(2)).unwrap();
     assert_eq!((finer.width, finer.height), (194, 122));

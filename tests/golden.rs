@@ -5,7 +5,7 @@
 
 use relievo::picture::Picture;
 use relievo::prepare::{PreparedScene, prepare};
-use relievo::render::gpu::{Shaders, adapters};
+use relievo::render::gpu::{Choice, Shaders, adapters};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo::shape_map::{Encoding, Pattern, PatternOptions, Storage, bake};
@@ -199,7 +199,7 @@ fn gpu_draws_every_combination() {
             } else {
                 Shaders::Portable
             };
-            let mut gpu = GpuRenderer::with_shaders(&scene, found, shaders).unwrap();
+            let mut gpu = GpuRenderer::new(&scene, found, Choice::These(shaders)).unwrap();
             let agreement = compare(
                 [&gpu.color(frame).unwrap(), &color],
                 [&gpu.geometry(frame).unwrap(), &geometry],

@@ -70,7 +70,7 @@ const NUMBER_TYPES: [&str; 9] = [
 ];
 /// The file that may divide, and in which function, and may call libm.
 const ARITHMETIC: &str = "arithmetic.rs";
-const DIVIDING_FUNCTION: &str = "div";
+const DIVIDING_FUNCTION: &str = "native_div";
 
 /// Scans one file; finds each forbidden thing as "file:line: what".
 struct Scanner<'a> {

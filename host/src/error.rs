@@ -4,6 +4,7 @@ use crate::mesh::MeshError;
 use crate::render::RenderError;
 use crate::scene::SceneError;
 use crate::shape_map::ShapeMapError;
+use relievo_bitwise::DeviceError;
 use std::path::PathBuf;
 
 /// Everything that can go wrong between a scene file and a picture.
@@ -47,6 +48,12 @@ pub enum Error {
         /// Why.
         message: String,
     },
+}
+
+impl From<DeviceError> for Error {
+    fn from(error: DeviceError) -> Error {
+        Error::Render(error.into())
+    }
 }
 
 impl Error {

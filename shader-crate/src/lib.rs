@@ -100,7 +100,12 @@ macro_rules! color_entry_point {
                 find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
             let rgb =
                 fragment::color::<{ $shadow }, _>(frame, object, &texels, direction, &entry, &hit);
-            *color = UVec4::new(rgb.x.to_bits(), rgb.y.to_bits(), rgb.z.to_bits(), hit.class);
+            *color = UVec4::new(
+                fragment::word(rgb.x),
+                fragment::word(rgb.y),
+                fragment::word(rgb.z),
+                hit.class,
+            );
             *depth = hit.depth;
         }
     };
@@ -128,16 +133,16 @@ macro_rules! geometry_entry_point {
                 find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
             let normal = fragment::normals(object, &texels, direction, &entry, &hit).carved;
             *place = UVec4::new(
-                hit.t.to_bits(),
-                hit.uv.x.to_bits(),
-                hit.uv.y.to_bits(),
-                hit.depth_fraction.to_bits(),
+                fragment::word(hit.t),
+                fragment::word(hit.uv.x),
+                fragment::word(hit.uv.y),
+                fragment::word(hit.depth_fraction),
             );
             *surface = UVec4::new(
                 fragment::class_and_steps(&hit),
-                normal.x.to_bits(),
-                normal.y.to_bits(),
-                normal.z.to_bits(),
+                fragment::word(normal.x),
+                fragment::word(normal.y),
+                fragment::word(normal.z),
             );
             *depth = hit.depth;
         }

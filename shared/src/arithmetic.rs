@@ -1,21 +1,72 @@
 //! The operations that devices may round differently, in one place, and small
 //! helpers made of them.
 //!
-//! Division and square root stand here and nowhere else in this crate, so that
-//! what a device does to them can be replaced in one place.
+//! Division and square root stand here and nowhere else in this crate. On the
+//! CPU they are the native ones. In the exact shaders (feature `corrected`)
+//! the device's are estimates that [`crate::rounding`] corrects; in the fast
+//! shaders they are the device's own.
 
+#[cfg(feature = "corrected")]
+use crate::rounding::{Division, Root};
 use crate::{Real, Vec3};
 
-/// `a / b`. `b` must not be zero.
+/// `a / b`, rounded to nearest. Where the quotient is no normal number it is 0
+/// (too small, or `a` is 0) or the largest number (too large, or `b` is 0).
 #[inline]
 pub fn div(a: Real, b: Real) -> Real {
+    #[cfg(feature = "corrected")]
+    {
+        let division = Division::new(a, b);
+        let (x, y) = division.mantissas();
+        division.round(native_div(x, y))
+    }
+    #[cfg(not(feature = "corrected"))]
+    saturate(native_div(a, b), a, b)
+}
+
+/// The target's own division.
+#[inline]
+pub(crate) fn native_div(a: Real, b: Real) -> Real {
     a / b
 }
 
-/// The square root of `x`, and 0 for a negative `x`.
+/// `quotient`, or what [`div`] gives in its place where it is no normal number.
+#[cfg(not(any(feature = "corrected", feature = "double", target_arch = "spirv")))]
+#[inline]
+fn saturate(quotient: Real, a: Real, b: Real) -> Real {
+    let magnitude = abs(quotient);
+    if (Real::MIN_POSITIVE..=Real::MAX).contains(&magnitude) {
+        quotient
+    } else {
+        crate::rounding::Division::new(a, b).saturated()
+    }
+}
+
+#[cfg(any(
+    feature = "double",
+    all(target_arch = "spirv", not(feature = "corrected"))
+))]
+#[inline]
+fn saturate(quotient: Real, _: Real, _: Real) -> Real {
+    quotient
+}
+
+/// The square root of `x`, rounded to nearest, and 0 for a negative `x`.
 #[inline]
 pub fn sqrt(x: Real) -> Real {
     let x = max(x, 0.0);
+    #[cfg(feature = "corrected")]
+    {
+        let root = Root::new(x);
+        root.round(native_sqrt(root.operand()))
+    }
+    #[cfg(not(feature = "corrected"))]
+    native_sqrt(x)
+}
+
+/// The target's own square root.
+#[inline]
+fn native_sqrt(x: Real) -> Real {
     #[cfg(not(feature = "double"))]
     let root = libm::sqrtf(x);
     #[cfg(feature = "double")]
@@ -61,10 +112,18 @@ pub fn floor_to_int(x: Real) -> i32 {
     }
 }
 
-/// The largest integer not above `x`, as a number, for |x| < 2³⁰.
+/// The largest integer not above `x`, as a number; `x` itself from 2³⁰ on,
+/// where every f32 is whole.
 #[inline]
 pub fn floor(x: Real) -> Real {
-    floor_to_int(x) as Real
+    let inside = x > -1_073_741_824.0 && x < 1_073_741_824.0;
+    let truncated = (if inside { x } else { 0.0 }) as i32 as Real;
+    let floor = if truncated > x {
+        truncated - 1.0
+    } else {
+        truncated
+    };
+    if inside { floor } else { x }
 }
 
 /// `v` scaled to length 1, or `fallback` where `v` is too short for that.
@@ -79,7 +138,12 @@ pub fn normalize_or(v: Vec3, fallback: Vec3) -> Vec3 {
     }
 }
 
-/// `x` to the power `exponent`, by repeated squaring: 7 bits of exponent, 0…127.
+/// Magnitudes below this (2⁻⁶⁰) are not kept: the product of any two that are
+/// is a normal number, which no device flushes to zero.
+pub const SMALLEST: Real = 8.673_617e-19;
+
+/// `x` to the power `exponent`, by repeated squaring: 7 bits of exponent,
+/// 0…127; 0 where that is below [`SMALLEST`]. `x` is in 0…1.
 #[inline]
 pub fn power(x: Real, exponent: u32) -> Real {
     let mut result = 1.0;
@@ -88,13 +152,23 @@ pub fn power(x: Real, exponent: u32) -> Real {
     let mut bit = 0;
     while bit < 7 {
         if rest & 1 == 1 {
-            result *= square;
+            result = kept(result * square);
         }
-        square *= square;
+        square = kept(square * square);
         rest >>= 1;
         bit += 1;
     }
     result
+}
+
+/// `x`, or 0 where its magnitude is below [`SMALLEST`].
+#[inline]
+pub fn kept(x: Real) -> Real {
+    if x < SMALLEST && x > -SMALLEST {
+        0.0
+    } else {
+        x
+    }
 }
 
 #[cfg(test)]
@@ -111,7 +185,7 @@ mod tests {
         #[test]
         fn power_agrees_with_f64(x in 0.0f32..1.0, exponent in 0u32..128) {
             let expected = f64::from(x).powi(exponent as i32);
-            prop_assert!((f64::from(power(x, exponent)) - expected).abs() <= 1e-5 * expected + 1e-30);
+            prop_assert!((f64::from(power(x, exponent)) - expected).abs() <= 1e-5 * expected + f64::from(SMALLEST));
         }
 
         #[test]
@@ -124,6 +198,9 @@ mod tests {
 
     #[test]
     fn edges_of_the_domain() {
+        assert_eq!(floor(-0.5), -1.0);
+        assert_eq!(floor(1e30), 1e30);
+        assert_eq!(floor(-1e30), -1e30);
         assert_eq!(floor_to_int(-0.5), -1);
         assert_eq!(floor_to_int(-1.0), -1);
         assert_eq!(floor_to_int(1e30), 1_073_741_824);
@@ -133,5 +210,10 @@ mod tests {
         assert_eq!(normalize_or(Vec3::ZERO, Vec3::Z), Vec3::Z);
         assert_eq!(normalize_or(Vec3::splat(1e-20), Vec3::Z), Vec3::Z);
         assert_eq!(power(0.0, 0), 1.0);
+        assert_eq!(power(0.1, 127), 0.0);
+        assert_eq!(div(1.0, 0.0), Real::MAX);
+        assert_eq!(div(0.0, 0.0), 0.0);
+        assert_eq!(div(-1e30, 1e-30), -Real::MAX);
+        assert_eq!(div(1e-30, 1e30), 0.0);
     }
 }

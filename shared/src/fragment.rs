@@ -170,6 +170,13 @@ pub fn color<const SHADOW: bool, T: Texels + ?Sized>(
     light::shade(frame, object, hit.class, normals.carved, direction, lit)
 }
 
+/// A number as pictures carry it: its bits, and one word for both zeros, whose
+/// sign is nothing that devices keep alike.
+#[inline]
+pub fn word(x: f32) -> u32 {
+    if x == 0.0 { 0 } else { x.to_bits() }
+}
+
 /// Class and number of steps in one word, as pictures of geometry carry them.
 #[inline]
 pub fn class_and_steps(hit: &Hit) -> u32 {

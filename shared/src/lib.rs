@@ -23,6 +23,8 @@
 //! fragment      all of the above for one pixel and one triangle
 //! ```
 //!
+//! `kernels` lists the functions whose results on GPU and CPU are compared.
+//!
 //! # What may be called here
 //!
 //! Code that runs on both sides uses + − ×, comparisons, casts and the
@@ -37,6 +39,8 @@ pub mod arithmetic;
 pub mod camera;
 pub mod facet;
 pub mod fragment;
+#[cfg(not(feature = "double"))]
+pub mod kernels;
 pub mod layout;
 pub mod light;
 pub mod march;
@@ -45,6 +49,8 @@ pub mod paper;
 pub mod path;
 pub mod profile;
 pub mod relief;
+#[cfg(not(feature = "double"))]
+pub mod rounding;
 pub mod shadow;
 pub mod shape_map;
 pub mod surface;

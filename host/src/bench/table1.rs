@@ -4,7 +4,7 @@ use super::plan::{Method, PatternRow, ROWS};
 use super::statistics::Summary;
 use crate::Error;
 use crate::prepare::{PreparedScene, prepare};
-use crate::render::gpu::{Found, Shaders};
+use crate::render::gpu::{Adapter, Choice, Shaders};
 use crate::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use std::path::Path;
 use std::time::Instant;
@@ -14,7 +14,7 @@ pub enum Backend<'a> {
     /// The CPU.
     Cpu,
     /// An adapter, with one of the shader modules.
-    Gpu(&'a Found, Shaders),
+    Gpu(&'a Adapter, Shaders),
 }
 
 /// What the times are read from.
@@ -173,9 +173,11 @@ impl<'a> Timed<'a> {
     fn new(scene: &'a PreparedScene, backend: &Backend<'_>) -> Result<Timed<'a>, RenderError> {
         Ok(match backend {
             Backend::Cpu => Timed::Cpu(Box::new(CpuRenderer::new(scene))),
-            Backend::Gpu(found, shaders) => {
-                Timed::Gpu(Box::new(GpuRenderer::with_shaders(scene, found, *shaders)?))
-            }
+            Backend::Gpu(found, shaders) => Timed::Gpu(Box::new(GpuRenderer::new(
+                scene,
+                found,
+                Choice::These(*shaders),
+            )?)),
         })
     }
 

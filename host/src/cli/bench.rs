@@ -1,13 +1,15 @@
 //! `relievo bench`.
 
 use super::progress::Bar;
-use super::session::load;
+use super::session::{load, load_with};
 use super::{BenchSceneArguments, BenchTable1Arguments, Measured, say};
+use anyhow::bail;
 use relievo::Error;
 use relievo::bench::{Backend, Summary, Table1, measure};
 use relievo::file::write_bytes;
-use relievo::render::gpu::{Found, Shaders, choose};
+use relievo::render::gpu::{Adapter, Choice, Shaders, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::scene::Tier;
 use std::path::Path;
 use std::time::Instant;
 
@@ -23,7 +25,7 @@ pub fn scenes(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
 fn scene(
     path: &Path,
     arguments: &BenchSceneArguments,
-    found: Option<&Found>,
+    found: Option<&Adapter>,
 ) -> anyhow::Result<()> {
     let loaded = load(path, arguments.size)?;
     let scene = &loaded.prepared;
@@ -37,7 +39,7 @@ fn scene(
     ))?;
     let mut cpu = CpuRenderer::new(scene);
     let mut gpu = match found {
-        Some(found) => Some(GpuRenderer::new(scene, found).map_err(Error::from)?),
+        Some(found) => Some(GpuRenderer::new(scene, found, Choice::Trusted).map_err(Error::from)?),
         None => None,
     };
     // In turn, so that a noisy machine disturbs both alike; the first round warms up.
@@ -80,9 +82,76 @@ fn report(name: &str, times: &[f64]) -> anyhow::Result<()> {
     ))
 }
 
+/// `relievo bench exactness`.
+pub fn exactness(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
+    let found = choose(arguments.adapter.as_deref()).map_err(Error::from)?;
+    if !found.takes_spirv() {
+        bail!(
+            "{} takes no SPIR-V untouched, so that there are no exact shaders to time",
+            found.describe()
+        );
+    }
+    say(format_args!("{}", found.describe()))?;
+    for path in &arguments.scenes {
+        for tier in Tier::ALL {
+            exactness_of(path, arguments, &found, tier)?;
+        }
+    }
+    Ok(())
+}
+
+/// Times the exact and the fast shaders on a scene whose objects are all of `tier`.
+fn exactness_of(
+    path: &Path,
+    arguments: &BenchSceneArguments,
+    found: &Adapter,
+    tier: Tier,
+) -> anyhow::Result<()> {
+    let loaded = load_with(path, arguments.size, |scene| {
+        for object in &mut scene.objects {
+            object.tier = tier;
+        }
+    })?;
+    let scene = &loaded.prepared;
+    let renderer =
+        |shaders| GpuRenderer::new(scene, found, Choice::These(shaders)).map_err(Error::from);
+    let mut renderers = [renderer(Shaders::Exact)?, renderer(Shaders::Fast)?];
+    let mut times = [Vec::new(), Vec::new()];
+    for round in 0..=arguments.frames {
+        for (renderer, times) in renderers.iter_mut().zip(&mut times) {
+            let time = renderer.time_color(&scene.frame).map_err(Error::from)?;
+            if round > 0 {
+                times.push(1e3 * time.pass.unwrap_or(time.wall).as_secs_f64());
+            }
+        }
+    }
+    let [exact, fast] = &times;
+    let summaries = (
+        Summary::of(exact),
+        Summary::of(fast),
+        Summary::of_ratios(exact, fast),
+    );
+    if let (Some(exact), Some(fast), Some(ratio)) = summaries {
+        say(format_args!(
+            "{}, {} × {}, {} tier: exact {:.2} ms, fast {:.2} ms (medians of {} frames in turn); exact / fast {:.3} (quartiles {:.3} to {:.3})",
+            path.display(),
+            scene.size[0],
+            scene.size[1],
+            tier.name(),
+            exact.median,
+            fast.median,
+            arguments.frames,
+            ratio.median,
+            ratio.lower_quartile,
+            ratio.upper_quartile,
+        ))?;
+    }
+    Ok(())
+}
+
 /// The adapter with `wanted` in its name, or any; there must be one if it is
 /// named or `required`.
-fn adapter(wanted: Option<&str>, required: bool) -> Result<Option<Found>, Error> {
+fn adapter(wanted: Option<&str>, required: bool) -> Result<Option<Adapter>, Error> {
     match choose(wanted) {
         Ok(found) => Ok(Some(found)),
         Err(error) if required || wanted.is_some() => Err(error.into()),

@@ -41,7 +41,7 @@ enum Command {
     Bake(BakeArguments),
     /// Show what a scene loads, and the adapters of this machine
     Info(InfoArguments),
-    /// Compare the GPU's picture of scenes with the CPU's, word by word
+    /// Compare the GPU's words with the CPU's: functions one by one, and pictures of scenes
     Verify(VerifyArguments),
     /// Measure how long frames take
     #[command(subcommand)]
@@ -141,12 +141,23 @@ struct InfoArguments {
 
 #[derive(Args)]
 struct VerifyArguments {
-    /// The scenes
-    #[arg(required = true)]
+    /// The scenes whose pictures are compared
     scenes: Vec<PathBuf>,
     /// Take the adapter with this in its name (see info)
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
+    /// Take every adapter of this machine
+    #[arg(long, conflicts_with = "adapter")]
+    all_adapters: bool,
+    /// Compare each scene in every tier with every technique
+    #[arg(long)]
+    matrix: bool,
+    /// Compare each function of the shared mathematics on this many inputs
+    #[arg(long, value_name = "N", default_value_t = 65_536)]
+    inputs: u64,
+    /// Print the report as JSON
+    #[arg(long)]
+    json: bool,
     /// Size of the pictures, in place of the scenes'
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -159,6 +170,8 @@ struct VerifyArguments {
 enum BenchCommand {
     /// Time one frame of scenes on CPU and GPU, in turn
     Scene(BenchSceneArguments),
+    /// Time the exact shaders beside the fast ones, in every tier, in turn
+    Exactness(BenchSceneArguments),
     /// Measure the paper's Table 1: extrusion against relief mapping, planar and curved
     Table1(BenchTable1Arguments),
 }
@@ -252,6 +265,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
+        Command::Bench(BenchCommand::Exactness(arguments)) => bench::exactness(&arguments),
         Command::Bench(BenchCommand::Table1(arguments)) => {
             if arguments.backend == Measured::Cpu && arguments.adapter.is_some() {
                 refuse_adapter();

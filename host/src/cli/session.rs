@@ -4,7 +4,7 @@ use super::Backend;
 use super::progress::Bar;
 use relievo::Error;
 use relievo::prepare::{PreparedScene, prepare};
-use relievo::render::gpu::{adapters, choose};
+use relievo::render::gpu::{Choice, adapters, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Scene;
 use std::path::Path;
@@ -19,7 +19,17 @@ pub struct Loaded {
 
 /// Loads the scene at `path` and everything that it names.
 pub fn load(path: &Path, size: Option<[u32; 2]>) -> Result<Loaded, Error> {
+    load_with(path, size, |_| ())
+}
+
+/// As [`load`], with the scene changed first.
+pub fn load_with(
+    path: &Path,
+    size: Option<[u32; 2]>,
+    change: impl FnOnce(&mut Scene),
+) -> Result<Loaded, Error> {
     let mut scene = Scene::load(path)?;
+    change(&mut scene);
     if let Some(size) = size {
         scene.size = size;
     }
@@ -49,7 +59,7 @@ pub fn choose_renderer<'a>(
     // A named adapter is wanted, whatever the backend says.
     if backend == Backend::Gpu || (backend == Backend::Auto && adapter.is_some()) {
         let found = choose(adapter)?;
-        let renderer = GpuRenderer::new(scene, &found)?;
+        let renderer = GpuRenderer::new(scene, &found, Choice::Trusted)?;
         let line = format!("{}: as asked", renderer.name());
         return Ok((Box::new(renderer), line));
     }
@@ -63,7 +73,7 @@ pub fn choose_renderer<'a>(
             "the only adapter, {}, is a software driver",
             found.name()
         ))),
-        Some(found) => match GpuRenderer::new(scene, found) {
+        Some(found) => match GpuRenderer::new(scene, found, Choice::Trusted) {
             Ok(renderer) => {
                 let line = format!("{}: this machine's GPU", renderer.name());
                 Ok((Box::new(renderer), line))

@@ -1,83 +1,184 @@
 //! `relievo verify`.
 
+use super::progress::Bar;
 use super::session::load;
 use super::{ShaderChoice, VerifyArguments, say};
 use anyhow::bail;
 use relievo::Error;
-use relievo::render::gpu::{Found, Shaders, choose};
+use relievo::prepare::PreparedScene;
+use relievo::render::gpu::{Adapter, Choice, Shaders, adapters, choose, signature};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
-use relievo::verify::{Agreement, compare};
+use relievo::verify::kernels::{KERNELS, record};
+use relievo::verify::matrix::for_each_variant;
+use relievo::verify::{AdapterReport, ModuleReport, Report, compare};
+use relievo_bitwise::{Plan, Recorded, Runner, compare_kernel};
+
+/// What inputs of kernels are drawn by.
+const SEED: u64 = 1;
+
+/// An adapter, what is compared on it, and what was found.
+struct Tested {
+    adapter: Adapter,
+    shaders: Vec<Shaders>,
+    report: AdapterReport,
+}
 
 pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
-    let found = choose(arguments.adapter.as_deref()).map_err(Error::from)?;
-    say(format_args!("{}, against the CPU", found.describe()))?;
-    let wanted = shaders(arguments.shaders, &found)?;
-    let mut failed = Vec::new();
-    for scene in &arguments.scenes {
-        let loaded = load(scene, arguments.size)?;
-        let frame = &loaded.prepared.frame;
-        let mut cpu = CpuRenderer::new(&loaded.prepared);
-        let cpu_color = cpu.color(frame).map_err(Error::from)?;
-        let cpu_geometry = cpu.geometry(frame).map_err(Error::from)?;
-        for &shaders in &wanted {
-            let mut gpu = GpuRenderer::with_shaders(&loaded.prepared, &found, shaders)
-                .map_err(Error::from)?;
-            let gpu_color = gpu.color(frame).map_err(Error::from)?;
-            let gpu_geometry = gpu.geometry(frame).map_err(Error::from)?;
-            let agreement = compare([&gpu_color, &cpu_color], [&gpu_geometry, &cpu_geometry]);
-            say(format_args!(
-                "{}, {}: {}",
-                scene.display(),
-                shaders.describe(),
-                describe(&agreement)
-            ))?;
-            if shaders == Shaders::Exact && !agreement.is_exact() {
-                failed.push(scene.display().to_string());
-            }
+    let bar = Bar::new();
+    let mut tested = tested(arguments)?;
+    let mut recorded = Recorded::new();
+    for path in &arguments.scenes {
+        let mut loaded = load(path, arguments.size)?;
+        record(&loaded.prepared, &mut recorded).map_err(Error::from)?;
+        let name = path.display().to_string();
+        if arguments.matrix {
+            for_each_variant(&mut loaded.prepared, |scene, variant| {
+                compare_pictures(scene, &format!("{name} ({variant})"), &mut tested, &bar)
+            })?;
+        } else {
+            compare_pictures(&loaded.prepared, &name, &mut tested, &bar)?;
         }
     }
-    if !failed.is_empty() {
+    if arguments.inputs > 0 {
+        compare_kernels(arguments.inputs, &recorded, &mut tested, &bar)?;
+    }
+    drop(bar);
+
+    let report = Report {
+        adapters: tested.into_iter().map(|tested| tested.report).collect(),
+    };
+    if arguments.json {
+        say(format_args!("{}", serde_json::to_string_pretty(&report)?))?;
+    } else {
+        say(format_args!("{}", report.to_string().trim_end()))?;
+    }
+    let broken = report.broken();
+    if !broken.is_empty() {
         bail!(
-            "the exact shaders differ from the CPU in {}",
-            failed.join(", ")
+            "the exact shaders differ from the CPU on {}",
+            broken.join(", ")
         );
     }
     Ok(())
 }
 
+/// The adapters asked for, with their signatures.
+fn tested(arguments: &VerifyArguments) -> anyhow::Result<Vec<Tested>> {
+    let wanted = if arguments.all_adapters {
+        let all = adapters();
+        if all.is_empty() {
+            // Says what there is not, and what to do.
+            choose(None).map_err(Error::from)?;
+        }
+        all
+    } else {
+        vec![choose(arguments.adapter.as_deref()).map_err(Error::from)?]
+    };
+    let mut tested = Vec::new();
+    for adapter in wanted {
+        let signature = if adapter.takes_spirv() {
+            let device = adapter.open().map_err(Error::from)?;
+            Some(signature(&device).map_err(Error::from)?)
+        } else {
+            None
+        };
+        let shaders = shaders(arguments.shaders, &adapter)?;
+        let mut report = AdapterReport::new(&adapter, signature.as_ref());
+        report.modules = shaders.iter().copied().map(ModuleReport::new).collect();
+        tested.push(Tested {
+            adapter,
+            shaders,
+            report,
+        });
+    }
+    Ok(tested)
+}
+
+/// Compares the pictures of `scene` on every adapter with every module.
+fn compare_pictures(
+    scene: &PreparedScene,
+    name: &str,
+    tested: &mut [Tested],
+    bar: &Bar,
+) -> anyhow::Result<()> {
+    let frame = &scene.frame;
+    let mut cpu = CpuRenderer::new(scene);
+    let cpu_color = cpu.color(frame).map_err(Error::from)?;
+    let cpu_geometry = cpu.geometry(frame).map_err(Error::from)?;
+    for Tested {
+        adapter,
+        shaders,
+        report,
+    } in tested
+    {
+        for (&shaders, module) in shaders.iter().zip(&mut report.modules) {
+            bar.show(format!("{name}, {}", shaders.describe()), 0.0);
+            let mut gpu =
+                GpuRenderer::new(scene, adapter, Choice::These(shaders)).map_err(Error::from)?;
+            let color = gpu.color(frame).map_err(Error::from)?;
+            let geometry = gpu.geometry(frame).map_err(Error::from)?;
+            let agreement = compare([&color, &cpu_color], [&geometry, &cpu_geometry]);
+            module.add_picture(name.to_string(), &agreement);
+        }
+    }
+    Ok(())
+}
+
+/// Compares the functions one by one on every adapter with every module.
+fn compare_kernels(
+    inputs: u64,
+    recorded: &Recorded,
+    tested: &mut [Tested],
+    bar: &Bar,
+) -> anyhow::Result<()> {
+    let plan = Plan {
+        inputs,
+        seed: SEED,
+        recorded,
+    };
+    for Tested {
+        adapter,
+        shaders,
+        report,
+    } in tested
+    {
+        let device = adapter.open().map_err(Error::from)?;
+        for (&shaders, module) in shaders.iter().zip(&mut report.modules) {
+            let kernels = shaders.kernels().map_err(Error::from)?;
+            let mut runner = Runner::new(&device, &kernels).map_err(Error::from)?;
+            for kernel in KERNELS {
+                let progress = |done: u64| {
+                    bar.show(
+                        format!("{}, {}", kernel.name, shaders.describe()),
+                        done as f64 / inputs as f64,
+                    );
+                };
+                let tally =
+                    compare_kernel(&mut runner, kernel, &plan, &progress).map_err(Error::from)?;
+                module.add_kernel(kernel.name, &tally);
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The shaders to compare: those asked for, or all that the adapter takes.
-fn shaders(choice: ShaderChoice, found: &Found) -> anyhow::Result<Vec<Shaders>> {
+fn shaders(choice: ShaderChoice, adapter: &Adapter) -> anyhow::Result<Vec<Shaders>> {
     let wanted = match choice {
-        ShaderChoice::All => vec![Shaders::Exact, Shaders::Fast, Shaders::Portable],
+        ShaderChoice::All => Shaders::ALL.to_vec(),
         ShaderChoice::Exact => vec![Shaders::Exact],
         ShaderChoice::Fast => vec![Shaders::Fast],
         ShaderChoice::Portable => vec![Shaders::Portable],
     };
     let possible: Vec<Shaders> = wanted
         .into_iter()
-        .filter(|shaders| found.takes_spirv() || !shaders.is_untouched())
+        .filter(|shaders| adapter.takes_spirv() || !shaders.is_untouched())
         .collect();
     if possible.is_empty() {
         bail!(
             "{} takes no SPIR-V untouched, which these shaders need; use --shaders portable",
-            found.describe()
+            adapter.describe()
         );
     }
     Ok(possible)
-}
-
-fn describe(agreement: &Agreement) -> String {
-    format!(
-        "{} of {} pixels differ ({:.4} %), {} in class; words: {} of {} of colour, {} of {} of geometry; largest difference: colour {:.3e}, distance {:.3e} of itself",
-        agreement.color_pixels,
-        agreement.pixels,
-        100.0 * agreement.color_pixels as f64 / agreement.pixels as f64,
-        agreement.class_pixels,
-        agreement.different_color_words,
-        agreement.color_words,
-        agreement.different_geometry_words,
-        agreement.geometry_words,
-        agreement.largest_color_difference,
-        agreement.largest_distance_difference,
-    )
 }

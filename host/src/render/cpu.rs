@@ -194,9 +194,9 @@ impl Renderer for CpuRenderer<'_> {
         self.for_each_pixel(frame, &mut words, |pixel, direction, nearest| {
             let rgb = nearest.color(frame, direction);
             *pixel = [
-                rgb.x.to_bits(),
-                rgb.y.to_bits(),
-                rgb.z.to_bits(),
+                fragment::word(rgb.x),
+                fragment::word(rgb.y),
+                fragment::word(rgb.z),
                 nearest.hit.class,
             ];
         });
@@ -216,12 +216,12 @@ impl Renderer for CpuRenderer<'_> {
             let hit = &nearest.hit;
             let normal = nearest.normal(direction);
             *pixel = (
-                [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(f32::to_bits),
+                [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(fragment::word),
                 [
                     fragment::class_and_steps(hit),
-                    normal.x.to_bits(),
-                    normal.y.to_bits(),
-                    normal.z.to_bits(),
+                    fragment::word(normal.x),
+                    fragment::word(normal.y),
+                    fragment::word(normal.z),
                 ],
             );
         });

@@ -5,6 +5,7 @@ pub mod cpu;
 pub mod gpu;
 
 use crate::prepare::PreparedScene;
+use relievo_bitwise::DeviceError;
 use relievo_shared::layout::Frame;
 use relievo_shared::normals::CLASS_MISS;
 
@@ -109,6 +110,36 @@ pub enum RenderError {
         /// How much there may be.
         limit: u64,
     },
+}
+
+impl From<DeviceError> for RenderError {
+    fn from(error: DeviceError) -> RenderError {
+        match error {
+            DeviceError::NoAdapter { wanted, found } => RenderError::NoAdapter { wanted, found },
+            DeviceError::Device { adapter, message } => RenderError::Device { adapter, message },
+            DeviceError::Limit {
+                adapter,
+                what,
+                needed,
+                limit,
+            } => RenderError::Limit {
+                adapter,
+                what,
+                needed,
+                limit,
+            },
+            DeviceError::Untouched { adapter } => RenderError::Device {
+                adapter,
+                message: "takes no SPIR-V untouched".to_string(),
+            },
+            error @ (DeviceError::Module { .. }
+            | DeviceError::Kernel { .. }
+            | DeviceError::Domain(_)) => RenderError::Device {
+                adapter: "the shaders built in".to_string(),
+                message: error.to_string(),
+            },
+        }
+    }
 }
 
 /// Something that makes pictures of one prepared scene.

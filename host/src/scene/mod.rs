@@ -131,6 +131,18 @@ pub enum Tier {
 }
 
 impl Tier {
+    /// Every tier.
+    pub const ALL: [Tier; 3] = [Tier::Planar, Tier::Fast, Tier::Paper];
+
+    /// What scenes call it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Tier::Planar => "planar",
+            Tier::Fast => "fast",
+            Tier::Paper => "paper",
+        }
+    }
+
     /// The number of the tier in the shared layouts.
     pub fn code(self) -> u32 {
         match self {

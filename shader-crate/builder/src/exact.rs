@@ -51,7 +51,7 @@ const EXTENDED: [u32; 1] = [31];
 /// [`op::EXT_INST`]: structure, integers, comparisons, control flow, and
 /// conversions between i32 or u32 and f32.
 const OTHER: &[u32] = &[
-    1,   // Undef
+    1, // Undef
     3, 5, 6, // Source, Name, MemberName
     10, 11, // Extension, ExtInstImport
     14, 15, 16, 17, // MemoryModel, EntryPoint, ExecutionMode, Capability
@@ -60,7 +60,8 @@ const OTHER: &[u32] = &[
     54, 55, 56, 57, 59, // functions and variables
     61, 62, 65, 66, // Load, Store, AccessChain, InBoundsAccessChain
     71, 72, // Decorate, MemberDecorate
-    79, 80, 81, 82, 83, // VectorShuffle, CompositeConstruct, CompositeExtract, CompositeInsert, CopyObject
+    79, 80, 81, 82,
+    83, // VectorShuffle, CompositeConstruct, CompositeExtract, CompositeInsert, CopyObject
     109, 110, 111, 112, // ConvertFToU, ConvertFToS, ConvertSToF, ConvertUToF
     124, // Bitcast
     126, 128, 130, 132, 134, 135, 137, 138, 139, // integer arithmetic
@@ -153,7 +154,11 @@ pub fn optimize(module: &[u32]) -> Result<Vec<u32>> {
         .register_performance_passes()
         .register_pass(opt::Passes::EliminateDeadConstant)
         .register_pass(opt::Passes::StripDebugInfo);
-    let binary = optimizer.optimize(module, &mut |message: spirv_tools::error::Message| eprintln!("spirv-opt: {}", message.message), None)?;
+    let binary = optimizer.optimize(
+        module,
+        &mut |message: spirv_tools::error::Message| eprintln!("spirv-opt: {}", message.message),
+        None,
+    )?;
     Ok(binary.as_words().to_vec())
 }
 
@@ -234,7 +239,9 @@ mod tests {
 
     #[test]
     fn unknown_opcodes_are_refused() {
-        let message = check(&decorate(&module(&[140])).unwrap()).unwrap_err().to_string();
+        let message = check(&decorate(&module(&[140])).unwrap())
+            .unwrap_err()
+            .to_string();
         assert!(message.contains("opcode 140"), "{message}");
     }
 }

@@ -24,10 +24,27 @@ use std::process::Command;
 const NIGHTLY: &str = "nightly-2026-08-15";
 const RUST_GPU: &str = "0.11.0";
 const TARGET: &str = "spirv-unknown-vulkan1.1";
-/// Optimised freely, for any backend, through naga too.
-const FAST_MODULE: &str = "relievo_fast.spv";
-/// Gives the CPU's words; reaches the driver untouched.
-const EXACT_MODULE: &str = "relievo_exact.spv";
+/// The crates, their folders, and the names of their modules.
+const CRATES: [Shaders; 2] = [
+    Shaders {
+        folder: "shader-crate",
+        what: "the renderer",
+        name: "relievo",
+    },
+    Shaders {
+        folder: "shader-crate/kernels",
+        what: "functions to compare",
+        name: "kernels",
+    },
+];
+
+/// A shader crate.
+struct Shaders {
+    folder: &'static str,
+    what: &'static str,
+    /// What the modules' names begin with.
+    name: &'static str,
+}
 
 fn main() -> Result<()> {
     let check = match std::env::args().skip(1).collect::<Vec<_>>().as_slice() {
@@ -55,7 +72,10 @@ fn main() -> Result<()> {
                 wrong.join(", ")
             );
         }
-        println!("{} files in {SHADER_FOLDER} are what the sources give", files.len());
+        println!(
+            "{} files in {SHADER_FOLDER} are what the sources give",
+            files.len()
+        );
     } else {
         std::fs::create_dir_all(&folder)?;
         for (name, bytes) in &files {
@@ -68,31 +88,36 @@ fn main() -> Result<()> {
 
 /// Every file of the shader folder, by name.
 fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
-    let (fast, entry_points) = run_rust_gpu(root, "fast", &[])?;
-    let (unoptimized, _) = run_rust_gpu(root, "exact", &["--no-spirv-opt"])?;
-    let exact = exact::make(&unoptimized).context("the exact module")?;
-
     let mut files = BTreeMap::new();
     let mut modules = BTreeMap::new();
-    for (name, purpose, words) in [
-        (FAST_MODULE, "optimised freely by spirv-opt", fast),
-        (
-            EXACT_MODULE,
-            "every float operation NoContraction, then optimised; opcodes from an allow-list",
-            exact,
-        ),
-    ] {
-        let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-        modules.insert(
-            name.to_string(),
-            Module {
-                purpose: purpose.to_string(),
-                sha256: digest(&bytes),
-                bytes: bytes.len() as u64,
-                entry_points: entry_points.clone(),
-            },
-        );
-        files.insert(name.to_string(), bytes);
+    for shaders in &CRATES {
+        // Optimised freely, for any backend, through naga too.
+        let (fast, entry_points) = run_rust_gpu(root, shaders, Variant::Fast)?;
+        // Gives the CPU's words; reaches the driver untouched.
+        let (unoptimized, _) = run_rust_gpu(root, shaders, Variant::Exact)?;
+        let exact = exact::make(&unoptimized)
+            .with_context(|| format!("the exact module of {}", shaders.folder))?;
+        for (variant, how, words) in [
+            (Variant::Fast, "optimised freely by spirv-opt", fast),
+            (
+                Variant::Exact,
+                "division and square root corrected, every float operation NoContraction, then optimised; opcodes from an allow-list",
+                exact,
+            ),
+        ] {
+            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            let file = format!("{}_{}.spv", shaders.name, variant.name());
+            modules.insert(
+                file.clone(),
+                Module {
+                    purpose: format!("{}: {how}", shaders.what),
+                    sha256: digest(&bytes),
+                    bytes: bytes.len() as u64,
+                    entry_points: entry_points.clone(),
+                },
+            );
+            files.insert(file, bytes);
+        }
     }
     let manifest = Manifest {
         toolchain: Toolchain {
@@ -107,22 +132,48 @@ fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     Ok(files)
 }
 
-/// Compiles the shader crate; gives the module's words and its entry points, sorted.
-fn run_rust_gpu(root: &Path, variant: &str, arguments: &[&str]) -> Result<(Vec<u32>, Vec<String>)> {
+/// The two ways to compile a shader crate.
+#[derive(Clone, Copy)]
+enum Variant {
+    Fast,
+    Exact,
+}
+
+impl Variant {
+    fn name(self) -> &'static str {
+        match self {
+            Variant::Fast => "fast",
+            Variant::Exact => "exact",
+        }
+    }
+}
+
+/// Compiles a shader crate; gives the module's words and its entry points, sorted.
+fn run_rust_gpu(
+    root: &Path,
+    shaders: &Shaders,
+    variant: Variant,
+) -> Result<(Vec<u32>, Vec<String>)> {
     // Beside the builder's own target folder: both are worth caching.
     let target_folder = std::env::current_exe()?
         .ancestors()
         .nth(2)
         .context("the program lies in a target folder")?
         .join("spirv")
-        .join(variant);
-    let mut spirv = SpirvBuilder::new(root.join("shader-crate"), TARGET)
+        .join(variant.name());
+    let mut spirv = SpirvBuilder::new(root.join(shaders.folder), TARGET)
         .deny_warnings(true)
         .spirv_metadata(SpirvMetadata::None)
         .target_dir_path(target_folder);
     spirv.toolchain_overwrite = Some(NIGHTLY.to_string());
-    spirv.extra_args = arguments.iter().map(|argument| argument.to_string()).collect();
-    let result = spirv.build().context("rust-gpu did not compile shader-crate")?;
+    if let Variant::Exact = variant {
+        // The exact module is optimised after it is decorated.
+        spirv.extra_args = vec!["--no-spirv-opt".to_string()];
+        spirv = spirv.shader_crate_features(["corrected".to_string()]);
+    }
+    let result = spirv
+        .build()
+        .with_context(|| format!("rust-gpu did not compile {}", shaders.folder))?;
     let bytes = std::fs::read(result.module.unwrap_single())?;
     let words = bytes
         .chunks_exact(4)

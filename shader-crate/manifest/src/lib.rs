@@ -17,19 +17,24 @@ pub const SHADER_FOLDER: &str = "assets/shaders";
 pub const MANIFEST_FILE: &str = "manifest.toml";
 
 /// Files and folders (searched for `.rs`) whose bytes decide the modules.
-const SOURCES: [&str; 9] = [
+const SOURCES: [&str; 13] = [
     "shared/Cargo.toml",
+    "shared/kernel/Cargo.toml",
+    "shared/kernel/src",
     "shared/src",
     "shader-crate/Cargo.toml",
     "shader-crate/src",
+    "shader-crate/kernels/Cargo.toml",
+    "shader-crate/kernels/src",
     "shader-crate/manifest/src",
     "shader-crate/builder/Cargo.toml",
     "shader-crate/builder/Cargo.lock",
     "shader-crate/builder/rust-toolchain.toml",
     "shader-crate/builder/src",
 ];
-/// The package whose dependencies are looked up in the lock file.
-const SHADER_PACKAGE: &str = "relievo-shader";
+/// The package whose dependencies are looked up in the lock file: it has those
+/// of both shader crates.
+const SHADER_PACKAGE: &str = "relievo-kernel-shader";
 
 /// What went wrong with the manifest or the sources.
 #[derive(Debug, thiserror::Error)]

@@ -1,18 +1,17 @@
 //! The renderer on a GPU, through wgpu, without a window.
 
-mod adapter;
 mod shaders;
 mod timestamps;
 
-pub use adapter::{Found, adapters, choose};
-pub use shaders::Shaders;
+pub use relievo_bitwise::{Adapter, Module, Signature, adapters, choose};
+pub use shaders::{Choice, Shaders, signature};
 
 use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
 use crate::prepare::PreparedScene;
+use relievo_bitwise::Device;
 use relievo_shared::layout::Frame;
 use std::collections::BTreeMap;
 use std::mem::size_of;
-use std::sync::mpsc;
 use std::time::{Duration, Instant};
 use timestamps::Timestamps;
 
@@ -24,10 +23,10 @@ const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// writes its camera and draws.
 pub struct GpuRenderer {
     description: String,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+    device: Device,
     frame_buffer: wgpu::Buffer,
     objects: Vec<GpuObject>,
+    pipelines: Pipelines,
     background: wgpu::Color,
     targets: Option<Targets>,
     /// `None` where the adapter has no clock of its own.
@@ -46,8 +45,30 @@ pub struct FrameTime {
 struct GpuObject {
     bindings: wgpu::BindGroup,
     vertices: u32,
-    color_pipeline: wgpu::RenderPipeline,
-    geometry_pipeline: wgpu::RenderPipeline,
+    color_entry_point: &'static str,
+    geometry_entry_point: &'static str,
+}
+
+/// Pipelines, made when they are first needed; objects that need the same
+/// entry point share one.
+struct Pipelines {
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    made: BTreeMap<&'static str, wgpu::RenderPipeline>,
+}
+
+impl Pipelines {
+    /// Makes the pipeline of a fragment shader that writes `targets` targets,
+    /// unless it is there.
+    fn make(&mut self, device: &wgpu::Device, entry_point: &'static str, targets: usize) {
+        let Pipelines {
+            module,
+            layout,
+            made,
+        } = self;
+        made.entry(entry_point)
+            .or_insert_with(|| make_pipeline(device, layout, module, entry_point, targets));
+    }
 }
 
 /// What is drawn to and read back from, kept while the size stays.
@@ -57,40 +78,50 @@ struct Targets {
     /// Bytes of a row in the read-back buffers, as the API wants it aligned.
     stride: u32,
     words: [wgpu::Texture; 2],
+    views: [wgpu::TextureView; 2],
     depth: wgpu::TextureView,
     read_back: [wgpu::Buffer; 2],
 }
 
 impl GpuRenderer {
-    /// Puts `scene` on the device of `found`.
+    /// Puts `scene` on the device of `adapter`, with the shaders of `choice`.
     ///
     /// # Errors
     /// [`RenderError::Device`], or [`RenderError::Limit`] where the scene does not fit.
-    pub fn new(scene: &PreparedScene, found: &Found) -> Result<GpuRenderer, RenderError> {
-        let shaders = if found.takes_spirv() {
-            Shaders::Exact
-        } else {
-            Shaders::Portable
-        };
-        GpuRenderer::with_shaders(scene, found, shaders)
+    pub fn new(
+        scene: &PreparedScene,
+        adapter: &Adapter,
+        choice: Choice,
+    ) -> Result<GpuRenderer, RenderError> {
+        let device = adapter.open()?;
+        let shaders = choice.on(&device)?;
+        GpuRenderer::on(scene, device, &shaders.module()?, shaders.describe())
     }
 
-    /// As [`GpuRenderer::new`], with a choice of the shaders.
+    /// As [`GpuRenderer::new`], with a module of one's own that has the entry
+    /// points and bindings of ours; `name` is what a person calls it.
     ///
     /// # Errors
     /// As [`GpuRenderer::new`].
-    pub fn with_shaders(
+    pub fn with_module(
         scene: &PreparedScene,
-        found: &Found,
-        shaders: Shaders,
+        adapter: &Adapter,
+        module: &Module,
+        name: &str,
     ) -> Result<GpuRenderer, RenderError> {
-        let description = format!("{}, {}", found.describe(), shaders.describe());
-        let (device, queue) = found.open()?;
-        let guarded = Guard::new(&device, &description);
-        let limits = device.limits();
-        let largest = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
+        GpuRenderer::on(scene, adapter.open()?, module, name)
+    }
+
+    fn on(
+        scene: &PreparedScene,
+        opened: Device,
+        module: &Module,
+        name: &str,
+    ) -> Result<GpuRenderer, RenderError> {
+        let description = format!("{}, {name}", opened.describe());
+        let guarded = opened.guard();
+        let (device, queue) = (opened.wgpu(), opened.queue());
+        let largest = opened.largest_storage();
         for object in &scene.objects {
             let sizes = [
                 (
@@ -111,22 +142,17 @@ impl GpuRenderer {
             }
         }
 
-        let module = shaders.load(&device);
-        let layout = bind_group_layout(&device);
+        let module = module.load(&opened)?;
+        let layout = bind_group_layout(device);
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("relievo"),
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        // Objects that need the same entry point share its pipeline.
-        let mut pipelines: BTreeMap<&str, wgpu::RenderPipeline> = BTreeMap::new();
-        let mut pipeline = |entry_point: &'static str, targets: usize| {
-            pipelines
-                .entry(entry_point)
-                .or_insert_with(|| {
-                    make_pipeline(&device, &pipeline_layout, &module, entry_point, targets)
-                })
-                .clone()
+        let mut pipelines = Pipelines {
+            module,
+            layout: pipeline_layout,
+            made: BTreeMap::new(),
         };
 
         let storage = |label: &str, bytes: &[u8]| {
@@ -169,25 +195,26 @@ impl GpuRenderer {
                 layout: &layout,
                 entries: &entries,
             });
+            let color_entry_point = shaders::color_entry_point(&object.parameters);
+            pipelines.make(device, color_entry_point, 1);
             objects.push(GpuObject {
                 bindings,
                 vertices: 6 * object.triangles.len() as u32,
-                color_pipeline: pipeline(shaders::color_entry_point(&object.parameters), 1),
-                geometry_pipeline: pipeline(shaders::geometry_entry_point(&object.parameters), 2),
+                color_entry_point,
+                geometry_entry_point: shaders::geometry_entry_point(&object.parameters),
             });
         }
-        let timestamps = found
-            .has_timestamps()
-            .then(|| Timestamps::new(&device, queue.get_timestamp_period()));
+        let has_clock = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let timestamps = has_clock.then(|| Timestamps::new(device, queue.get_timestamp_period()));
         guarded.finish()?;
 
         let [r, g, b, a] = background_words(scene).map(f64::from);
         Ok(GpuRenderer {
             description,
-            device,
-            queue,
+            device: opened,
             frame_buffer,
             objects,
+            pipelines,
             background: wgpu::Color { r, g, b, a },
             targets: None,
             timestamps,
@@ -205,7 +232,11 @@ impl GpuRenderer {
         let wall = start.elapsed();
         let pass = match &self.timestamps {
             Some(timestamps) => {
-                Some(self.map(timestamps.buffer(), |bytes| timestamps.duration(bytes))?)
+                let buffer = timestamps.buffer();
+                Some(
+                    self.device
+                        .read(buffer, buffer.size(), |bytes| timestamps.duration(bytes))?,
+                )
             }
             None => None,
         };
@@ -213,7 +244,13 @@ impl GpuRenderer {
     }
 
     fn draw(&mut self, frame: &Frame, geometry: bool, read_back: bool) -> Result<(), RenderError> {
-        let guarded = Guard::new(&self.device, &self.description);
+        let guarded = self.device.guard();
+        let device = self.device.wgpu();
+        if geometry {
+            for object in &self.objects {
+                self.pipelines.make(device, object.geometry_entry_point, 2);
+            }
+        }
         let [width, height] = frame.size.map(|side| side as u32);
         let kept = self
             .targets
@@ -221,43 +258,35 @@ impl GpuRenderer {
             .filter(|targets| (targets.width, targets.height) == (width, height));
         let targets = match kept {
             Some(targets) => targets,
-            None => Targets::new(&self.device, &self.description, width, height)?,
+            None => Targets::new(device, &self.description, width, height)?,
         };
-        self.queue
+        self.device
+            .queue()
             .write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(frame));
         // Only measurements read nothing back.
         let timestamps = self.timestamps.as_ref().filter(|_| !read_back);
         let count = if geometry { 2 } else { 1 };
-        let views: Vec<wgpu::TextureView> = targets.words[..count]
-            .iter()
-            .map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()))
-            .collect();
         let clear = if geometry {
             wgpu::Color::TRANSPARENT
         } else {
             self.background
         };
-        let attachments: Vec<_> = views
-            .iter()
-            .map(|view| {
-                Some(wgpu::RenderPassColorAttachment {
-                    view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(clear),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })
+        let attachments = targets.views.each_ref().map(|view| {
+            Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(clear),
+                    store: wgpu::StoreOp::Store,
+                },
             })
-            .collect();
-        let mut encoder = self
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        });
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some("relievo"),
-                color_attachments: &attachments,
+                color_attachments: &attachments[..count],
                 depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                     view: &targets.depth,
                     depth_ops: Some(wgpu::Operations {
@@ -271,11 +300,12 @@ impl GpuRenderer {
                 multiview_mask: None,
             });
             for object in &self.objects {
-                pass.set_pipeline(if geometry {
-                    &object.geometry_pipeline
+                let entry_point = if geometry {
+                    object.geometry_entry_point
                 } else {
-                    &object.color_pipeline
-                });
+                    object.color_entry_point
+                };
+                pass.set_pipeline(&self.pipelines.made[entry_point]);
                 pass.set_bind_group(0, &object.bindings, &[]);
                 pass.draw(0..object.vertices, 0..1);
             }
@@ -299,51 +329,11 @@ impl GpuRenderer {
         if let Some(timestamps) = timestamps {
             timestamps.resolve(&mut encoder);
         }
-        self.queue.submit([encoder.finish()]);
-        self.wait()?;
+        self.device.queue().submit([encoder.finish()]);
+        self.device.wait()?;
+        guarded.finish()?;
         self.targets = Some(targets);
-        guarded.finish()
-    }
-
-    fn wait(&self) -> Result<(), RenderError> {
-        self.device
-            .poll(wgpu::PollType::wait_indefinitely())
-            .map(|_| ())
-            .map_err(|error| self.failed(error.to_string()))
-    }
-
-    /// Shows the bytes of a buffer that the device has written to `look`.
-    fn map<T>(
-        &self,
-        buffer: &wgpu::Buffer,
-        look: impl FnOnce(&[u8]) -> T,
-    ) -> Result<T, RenderError> {
-        let slice = buffer.slice(..);
-        let (sender, receiver) = mpsc::channel();
-        slice.map_async(wgpu::MapMode::Read, move |result| {
-            // The receiver waits below; if it is gone, so is the need.
-            let _ = sender.send(result);
-        });
-        self.wait()?;
-        receiver
-            .recv()
-            .map_err(|error| self.failed(error.to_string()))?
-            .map_err(|error| self.failed(error.to_string()))?;
-        let seen = {
-            let bytes = slice
-                .get_mapped_range()
-                .map_err(|error| self.failed(error.to_string()))?;
-            look(&bytes)
-        };
-        buffer.unmap();
-        Ok(seen)
-    }
-
-    fn failed(&self, message: String) -> RenderError {
-        RenderError::Device {
-            adapter: self.description.clone(),
-            message,
-        }
+        Ok(())
     }
 
     /// The words of read-back buffer `index`, without the rows' padding.
@@ -351,10 +341,11 @@ impl GpuRenderer {
         let targets = self
             .targets
             .as_ref()
-            .ok_or_else(|| self.failed("nothing was drawn".to_string()))?;
+            .ok_or_else(|| self.device.failed("nothing was drawn"))?;
         let count = targets.width as usize * targets.height as usize;
         let mut words = allocate("the picture", count, [0; 4])?;
-        self.map(&targets.read_back[index], |bytes| {
+        let buffer = &targets.read_back[index];
+        self.device.read(buffer, buffer.size(), |bytes| {
             let row_bytes = targets.width as usize * size_of::<[u32; 4]>();
             let rows = bytes.chunks(targets.stride as usize);
             for (pixels, row) in words.chunks_mut(targets.width as usize).zip(rows) {
@@ -449,44 +440,19 @@ impl Targets {
                 mapped_at_creation: false,
             })
         };
+        let words = [words(), words()];
+        let view =
+            |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
         Ok(Targets {
             width,
             height,
             stride,
-            words: [words(), words()],
+            views: words.each_ref().map(view),
+            words,
             depth: texture(DEPTH_FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT)
                 .create_view(&wgpu::TextureViewDescriptor::default()),
             read_back: [read_back(), read_back()],
         })
-    }
-}
-
-/// Collects what the device complains of while it lives.
-struct Guard<'a> {
-    validation: wgpu::ErrorScopeGuard,
-    memory: wgpu::ErrorScopeGuard,
-    description: &'a str,
-}
-
-impl<'a> Guard<'a> {
-    fn new(device: &wgpu::Device, description: &'a str) -> Guard<'a> {
-        Guard {
-            validation: device.push_error_scope(wgpu::ErrorFilter::Validation),
-            memory: device.push_error_scope(wgpu::ErrorFilter::OutOfMemory),
-            description,
-        }
-    }
-
-    fn finish(self) -> Result<(), RenderError> {
-        let memory = pollster::block_on(self.memory.pop());
-        let validation = pollster::block_on(self.validation.pop());
-        match memory.or(validation) {
-            None => Ok(()),
-            Some(error) => Err(RenderError::Device {
-                adapter: self.description.to_string(),
-                message: error.to_string(),
-            }),
-        }
     }
 }
 

@@ -1,29 +1,36 @@
-//! The compiled shaders: which modules there are, which entry point draws what,
-//! and how a module reaches the driver.
+//! The compiled shaders: which modules there are, which of them a device can be
+//! trusted with, and which entry point draws what.
 
+use crate::render::RenderError;
+use relievo_bitwise::{Canary, Device, Module, Runner, Signature};
+use relievo_kernel::canary::{self, MEANINGS};
+use relievo_kernel::{Kernel, for_each_canary, table};
+use relievo_shared::Vec3;
 use relievo_shared::layout::{Object, SEARCH_PAPER, SEARCH_RELIEF};
-use std::borrow::Cow;
+use std::sync::LazyLock;
 
 /// The modules (see `assets/shaders/manifest.toml`).
 static EXACT: &[u8] = include_bytes!("../../../../assets/shaders/relievo_exact.spv");
 static FAST: &[u8] = include_bytes!("../../../../assets/shaders/relievo_fast.spv");
+static EXACT_KERNELS: &[u8] = include_bytes!("../../../../assets/shaders/kernels_exact.spv");
+static FAST_KERNELS: &[u8] = include_bytes!("../../../../assets/shaders/kernels_fast.spv");
 
 /// The entry point of every vertex stage.
 pub(super) const VERTEX: &str = "vertex";
 
-/// Every entry point of each module.
-const ENTRY_POINTS: [&str; 10] = [
-    VERTEX,
-    "color_extrusion",
-    "color_extrusion_shadow",
-    "color_relief",
-    "color_relief_shadow",
-    "color_paper",
-    "color_paper_shadow",
-    "geometry_extrusion",
-    "geometry_relief",
-    "geometry_paper",
-];
+/// What is asked of a device before it is trusted with the exact shaders.
+static CANARIES: LazyLock<Vec<Canary>> = LazyLock::new(|| {
+    const KERNELS: &[Kernel] = for_each_canary!(table);
+    KERNELS
+        .iter()
+        .zip(MEANINGS)
+        .map(|(&kernel, meaning)| Canary {
+            kernel,
+            required: meaning.required,
+            tells: meaning.tells,
+        })
+        .collect()
+});
 
 /// Which module is used, and how it reaches the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +44,9 @@ pub enum Shaders {
 }
 
 impl Shaders {
+    /// Every one.
+    pub const ALL: [Shaders; 3] = [Shaders::Exact, Shaders::Fast, Shaders::Portable];
+
     /// What a person calls it.
     pub fn describe(self) -> &'static str {
         match self {
@@ -51,38 +61,76 @@ impl Shaders {
         self != Shaders::Portable
     }
 
-    /// Loads the module on `device`.
-    pub(super) fn load(self, device: &wgpu::Device) -> wgpu::ShaderModule {
-        let words = wgpu::util::make_spirv_raw(match self {
-            Shaders::Exact => EXACT,
-            Shaders::Fast | Shaders::Portable => FAST,
-        });
-        if self.is_untouched() {
-            let entry_points = ENTRY_POINTS
-                .into_iter()
-                .map(|name| wgpu::PassthroughShaderEntryPoint {
-                    name: Cow::Borrowed(name),
-                    workgroup_size: (1, 1, 1),
-                })
-                .collect();
-            // SAFETY: the module was validated when it was built, its bindings
-            // are those of the renderer's layout, and `shared` keeps its indices
-            // within the buffers.
-            unsafe {
-                device.create_shader_module_passthrough(wgpu::ShaderModuleDescriptorPassthrough {
-                    label: Some("relievo"),
-                    entry_points,
-                    spirv: Some(words),
-                    ..Default::default()
-                })
+    /// The renderer's module.
+    ///
+    /// # Errors
+    /// [`RenderError::Device`] where the file built in is no module.
+    pub fn module(self) -> Result<Module, RenderError> {
+        self.choose(EXACT, FAST)
+    }
+
+    /// The module of the functions that are compared one by one.
+    ///
+    /// # Errors
+    /// As [`Shaders::module`].
+    pub fn kernels(self) -> Result<Module, RenderError> {
+        self.choose(EXACT_KERNELS, FAST_KERNELS)
+    }
+
+    fn choose(self, exact: &[u8], fast: &[u8]) -> Result<Module, RenderError> {
+        // SAFETY: the builder has validated the modules, and `shared` keeps
+        // its indices within the buffers that the host binds.
+        Ok(unsafe {
+            match self {
+                Shaders::Exact => Module::untouched(exact)?,
+                Shaders::Fast => Module::untouched(fast)?,
+                Shaders::Portable => Module::portable(fast)?,
             }
-        } else {
-            device.create_shader_module(wgpu::ShaderModuleDescriptor {
-                label: Some("relievo"),
-                source: wgpu::ShaderSource::SpirV(words),
-            })
+        })
+    }
+}
+
+/// How to choose the shaders.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Choice {
+    /// The exact ones where the device passes the canaries, else the fast or
+    /// the portable ones.
+    Trusted,
+    /// These.
+    These(Shaders),
+}
+
+impl Choice {
+    /// The shaders for `device`.
+    pub(super) fn on(self, device: &Device) -> Result<Shaders, RenderError> {
+        match self {
+            Choice::These(shaders) => Ok(shaders),
+            Choice::Trusted if !device.takes_spirv() => Ok(Shaders::Portable),
+            Choice::Trusted => Ok(trusted(&signature(device)?)),
         }
     }
+}
+
+/// The shaders for a device of this signature that takes SPIR-V.
+fn trusted(signature: &Signature) -> Shaders {
+    if signature.is_exact() {
+        Shaders::Exact
+    } else {
+        tracing::warn!(
+            "this device fails the canaries ({}): its words may differ from the CPU's, and the fast shaders are used",
+            signature.describe()
+        );
+        Shaders::Fast
+    }
+}
+
+/// Runs the canaries, with the exact module, on `device`.
+///
+/// # Errors
+/// [`RenderError::Device`] where it takes no SPIR-V or fails.
+pub fn signature(device: &Device) -> Result<Signature, RenderError> {
+    let mut runner = Runner::new(device, &Shaders::Exact.kernels()?)?;
+    Ok(Signature::take(&mut runner, &CANARIES)?)
 }
 
 /// The shader that draws the colours of an object with these parameters.
@@ -103,5 +151,38 @@ pub(super) fn geometry_entry_point(object: &Object) -> &'static str {
         SEARCH_PAPER => "geometry_paper",
         SEARCH_RELIEF => "geometry_relief",
         _ => "geometry_extrusion",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_bitwise::Told;
+
+    #[test]
+    fn every_canary_has_its_meaning() {
+        for (canary, meaning) in CANARIES.iter().zip(MEANINGS) {
+            assert_eq!(canary.kernel.name, meaning.name);
+        }
+        assert_eq!(CANARIES.len(), MEANINGS.len());
+    }
+
+    #[test]
+    fn a_device_that_fails_a_required_canary_gets_the_fast_shaders() {
+        let signature = |different: &str| Signature {
+            told: MEANINGS
+                .iter()
+                .map(|meaning| Told {
+                    name: meaning.name,
+                    required: meaning.required,
+                    tells: meaning.tells,
+                    words: 100,
+                    different: if meaning.name == different { 3 } else { 0 },
+                })
+                .collect(),
+        };
+        assert_eq!(trusted(&signature("")), Shaders::Exact);
+        assert_eq!(trusted(&signature("denormal")), Shaders::Exact);
+        assert_eq!(trusted(&signature("multiply_add")), Shaders::Fast);
     }
 }

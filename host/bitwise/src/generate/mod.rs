@@ -1,0 +1,233 @@
+//! Inputs for kernels: what the domains of the arguments allow, from a seed.
+//!
+//! Each input depends on the seed and its own number only, so that neither the
+//! threads nor the batches change it. Four distributions take turns, see
+//! [`Distribution`].
+
+mod direction;
+mod integer;
+mod number;
+mod random;
+
+use integer::Integers;
+use number::Numbers;
+use random::Random;
+use rayon::prelude::*;
+use relievo_kernel::{Domain, Kernel, Kind};
+use std::collections::BTreeMap;
+
+/// Values that a real program has seen, as words, by their domain's name; those
+/// of [`Kind::UnitVector`] in threes. What the domain of an argument does not
+/// have is left out ([`contains`] says what that is), and −0 becomes +0: the
+/// sign of zero is nothing that kernels may depend on.
+pub type Recorded = BTreeMap<String, Vec<u32>>;
+
+/// Inputs that a thread makes at a time.
+const CHUNK: usize = 1024;
+
+/// How the arguments of an input are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Distribution {
+    /// Uniform in bits: sign, exponent over the whole domain, mantissa. Unit
+    /// vectors: components of any magnitude, normalised. Integers: every count
+    /// of bits is as likely.
+    Bits,
+    /// Uniform in value; unit vectors: on the sphere.
+    Value,
+    /// Each scalar an edge case or as [`Distribution::Bits`]. Edge cases: zero, the
+    /// ends of the domain, powers of two, thirds and small whole numbers, the
+    /// neighbours of all these, and the scalar before, its negation and its
+    /// neighbours. Unit vectors: axes, diagonals and what is nearly an axis.
+    Edges,
+    /// Drawn from [`Recorded`]; where there are none, as [`Distribution::Value`].
+    Recorded,
+}
+
+impl Distribution {
+    /// That of input number `index`.
+    pub fn of(index: u64) -> Distribution {
+        match index % 4 {
+            0 => Distribution::Bits,
+            1 => Distribution::Value,
+            2 => Distribution::Edges,
+            _ => Distribution::Recorded,
+        }
+    }
+}
+
+/// An argument that no input can be made for.
+#[derive(Debug, thiserror::Error)]
+#[error("kernel {kernel:?}, domain {domain:?}: {message}; correct it in the list of kernels")]
+pub struct DomainError {
+    /// The kernel.
+    pub kernel: &'static str,
+    /// The name of the argument's domain.
+    pub domain: &'static str,
+    /// What is wrong with it.
+    pub message: &'static str,
+}
+
+/// Makes the inputs of one kernel.
+pub struct Generator {
+    arguments: Vec<Argument>,
+    input_words: usize,
+    seed: u64,
+}
+
+struct Argument {
+    words: usize,
+    values: Values,
+    /// Recorded values that the domain has.
+    pool: Vec<u32>,
+}
+
+enum Values {
+    Numbers(Numbers),
+    Integers(Integers),
+    Directions,
+}
+
+impl Generator {
+    /// For the arguments of `kernel`.
+    ///
+    /// # Errors
+    /// [`DomainError`] where a domain is empty, not finite or denormal, or where
+    /// unit vectors do not fill an argument.
+    pub fn new(kernel: &Kernel, recorded: &Recorded, seed: u64) -> Result<Generator, DomainError> {
+        let arguments = kernel
+            .arguments
+            .iter()
+            .map(|argument| {
+                let domain = argument.domain;
+                Argument::new(argument.words as usize, domain, recorded).map_err(|message| {
+                    DomainError {
+                        kernel: kernel.name,
+                        domain: domain.name,
+                        message,
+                    }
+                })
+            })
+            .collect::<Result<Vec<Argument>, DomainError>>()?;
+        Ok(Generator {
+            input_words: arguments.iter().map(|argument| argument.words).sum(),
+            arguments,
+            seed,
+        })
+    }
+
+    /// Words of an input.
+    pub fn input_words(&self) -> usize {
+        self.input_words
+    }
+
+    /// Fills `inputs` with the inputs from number `first` on.
+    pub fn fill(&self, first: u64, inputs: &mut [u32]) {
+        if self.input_words == 0 {
+            return;
+        }
+        let chunks = inputs.par_chunks_mut(CHUNK * self.input_words);
+        chunks.enumerate().for_each(|(chunk, inputs)| {
+            let first = first + (chunk * CHUNK) as u64;
+            for (index, input) in (first..).zip(inputs.chunks_exact_mut(self.input_words)) {
+                self.draw(index, input);
+            }
+        });
+    }
+
+    fn draw(&self, index: u64, input: &mut [u32]) {
+        let distribution = Distribution::of(index);
+        let mut random = Random::new(self.seed, index);
+        let mut previous = None;
+        let mut rest = input;
+        for argument in &self.arguments {
+            let (words, after) = rest.split_at_mut(argument.words);
+            argument.draw(distribution, &mut previous, &mut random, words);
+            rest = after;
+        }
+    }
+}
+
+impl Argument {
+    fn new(words: usize, domain: Domain, recorded: &Recorded) -> Result<Argument, &'static str> {
+        let values = match domain.kind {
+            Kind::Magnitude { low, high } => {
+                Values::Numbers(Numbers::of_magnitude(true, low, high)?)
+            }
+            Kind::NonZero { low, high } => {
+                Values::Numbers(Numbers::of_magnitude(false, low, high)?)
+            }
+            Kind::Range { low, high } => Values::Numbers(Numbers::in_range(low, high)?),
+            Kind::Integer { low, high } => Values::Integers(Integers::new(low, high)?),
+            Kind::UnitVector if words.is_multiple_of(3) => Values::Directions,
+            Kind::UnitVector => return Err("unit vectors take three scalars each"),
+        };
+        let is_zero = |word: u32| word << 1 == 0 && !matches!(values, Values::Integers(_));
+        let pool = recorded.get(domain.name).map_or(&[][..], Vec::as_slice);
+        let pool = pool
+            .chunks_exact(group(domain.kind))
+            .filter(|words| contains(domain.kind, words))
+            .flatten()
+            .map(|&word| if is_zero(word) { 0 } else { word })
+            .collect();
+        Ok(Argument {
+            words,
+            values,
+            pool,
+        })
+    }
+
+    fn draw(
+        &self,
+        distribution: Distribution,
+        previous: &mut Option<u32>,
+        random: &mut Random,
+        words: &mut [u32],
+    ) {
+        let recorded = distribution == Distribution::Recorded && !self.pool.is_empty();
+        match &self.values {
+            Values::Directions if recorded => {
+                for direction in words.chunks_exact_mut(3) {
+                    let at = 3 * random.up_to(self.pool.len() as u32 / 3 - 1) as usize;
+                    direction.copy_from_slice(&self.pool[at..at + 3]);
+                }
+            }
+            Values::Directions => {
+                for direction in words.chunks_exact_mut(3) {
+                    direction.copy_from_slice(&direction::draw(distribution, random));
+                }
+            }
+            _ if recorded => words.fill_with(|| random.pick(&self.pool)),
+            Values::Numbers(numbers) => {
+                for word in words {
+                    *word = numbers.draw(distribution, *previous, random);
+                    *previous = Some(*word);
+                }
+            }
+            Values::Integers(integers) => words.fill_with(|| integers.draw(distribution, random)),
+        }
+    }
+}
+
+/// Words that belong together in a domain of that kind.
+fn group(kind: Kind) -> usize {
+    match kind {
+        Kind::UnitVector => 3,
+        _ => 1,
+    }
+}
+
+/// Whether each of the scalars, or each three of them that should be a unit
+/// vector, are of that kind. Zero may have either sign here.
+pub fn contains(kind: Kind, words: &[u32]) -> bool {
+    match kind {
+        Kind::Integer { low, high } => words.iter().all(|word| (low..=high).contains(word)),
+        Kind::UnitVector => {
+            let (vectors, rest) = words.as_chunks::<3>();
+            rest.is_empty() && vectors.iter().all(|&vector| direction::contains(vector))
+        }
+        _ => words.iter().all(|&word| number::contains(kind, word)),
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,114 @@
+//! Runs the same functions on GPU and CPU and counts the words that differ.
+//!
+//! For rust-gpu projects whose functions must give the same bits in a shader
+//! and on the CPU. Arguments are generated from what is known of them
+//! ([`generate`]), travel as u32 words in storage buffers, so that nothing
+//! rounds or filters them on the way ([`runner`]), and results are compared word
+//! by word, without a tolerance ([`compare`]).
+//!
+//! # Four steps
+//!
+//! **1. List the functions**, once, in the crate that GPU and CPU share: name,
+//! type and [`Domain`](relievo_kernel::Domain) of each argument, result, path.
+//!
+//! ```ignore
+//! use relievo_kernel::{Domain, Kind};
+//! pub const LENGTH: Domain = Domain::new("length", Kind::Magnitude { low: 1e-9, high: 1e9 });
+//! pub const NORMAL: Domain = Domain::new("normal", Kind::UnitVector);
+//!
+//! #[macro_export]
+//! macro_rules! for_each_kernel {
+//!     ($with:ident) => {
+//!         $with! {
+//!             square(f32: $crate::LENGTH) -> f32 = $crate::square;
+//!             reflect(Vec3: $crate::NORMAL, Vec3: $crate::NORMAL) -> Vec3 = $crate::reflect;
+//!         }
+//!     };
+//! }
+//! ```
+//!
+//! **2. Make a compute shader of each**, in the crate that rust-gpu compiles. It
+//! says what a storage buffer is as a source and a sink of words:
+//!
+//! ```ignore
+//! use relievo_kernel::{Sink, Source, entry_points};
+//! use spirv_std::{glam::{UVec3, Vec3}, spirv};
+//!
+//! struct Input<'a> { words: &'a [u32], at: u32 }
+//! impl Source for Input<'_> {
+//!     fn next(&mut self) -> u32 {
+//!         self.at += 1;
+//!         self.words[self.at as usize - 1]
+//!     }
+//! }
+//! struct Output<'a> { words: &'a mut [u32], at: u32 }
+//! impl Sink for Output<'_> {
+//!     fn put(&mut self, word: u32) {
+//!         self.words[self.at as usize] = word;
+//!         self.at += 1;
+//!     }
+//! }
+//! my_shared::for_each_kernel!(entry_points);
+//! ```
+//!
+//! Decorate every float operation of the module with NoContraction and have
+//! spirv-val check it: without, drivers fuse a·b + c.
+//!
+//! **3. Compare**, in a test, on every adapter, by `Module::untouched`: naga
+//! ([`Module::portable`]) does not pass NoContraction on.
+//!
+//! ```no_run
+//! use relievo_bitwise::{Module, Plan, Recorded, Runner, adapters, compare_kernel};
+//! use relievo_kernel::{Domain, Kernel, Kind, table};
+//! # const LENGTH: Domain = Domain::new("length", Kind::Magnitude { low: 1e-9, high: 1e9 });
+//! # macro_rules! for_each_kernel {
+//! #     ($with:ident) => { $with! { square(f32: LENGTH) -> f32 = |x: f32| x * x; } };
+//! # }
+//! const KERNELS: &[Kernel] = for_each_kernel!(table);
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! // SAFETY: spirv-val has checked it, and it stays within its buffers.
+//! let module = unsafe { Module::untouched(&std::fs::read("kernels.spv")?)? };
+//! let plan = Plan { inputs: 1 << 20, seed: 1, recorded: &Recorded::new() };
+//! let all = adapters();
+//! assert!(!all.is_empty(), "no adapter: nothing would be compared");
+//! for adapter in all.iter().filter(|adapter| adapter.takes_spirv()) {
+//!     let mut runner = Runner::new(&adapter.open()?, &module)?;
+//!     for kernel in KERNELS {
+//!         let tally = compare_kernel(&mut runner, kernel, &plan, &|_| ())?;
+//!         assert!(tally.is_exact(), "{} on {}: {:?}", kernel.name, adapter.name(), tally.first);
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! **4. See it fail.** Run the same comparison with a twin that is wrong (a
+//! constant changed by one ULP, `mul_add` in place of a·b + c) and demand
+//! differences. A comparison that has never failed says nothing.
+//!
+//! At start-up a program may ask the same of a handful of kernels, and learn
+//! whether it can trust this device: [`Signature`].
+
+pub mod adapter;
+pub mod canary;
+pub mod check;
+pub mod compare;
+mod device;
+mod error;
+pub mod generate;
+pub mod module;
+pub mod runner;
+#[cfg(test)]
+mod testing;
+
+pub use adapter::{Adapter, adapters, choose};
+pub use canary::{Canary, Signature, Told};
+pub use check::{Plan, compare_kernel, evaluate};
+pub use compare::{Batch, Difference, Histogram, Tally, ulp_distance};
+pub use device::{Device, Guard};
+pub use error::DeviceError;
+pub use generate::{Distribution, DomainError, Generator, Recorded, contains};
+pub use module::{EntryPoint, Module, Route};
+pub use runner::{Pending, Runner};
+pub use wgpu;

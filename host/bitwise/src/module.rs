@@ -1,0 +1,230 @@
+//! A compiled module, and how it reaches the driver.
+
+use crate::{Device, DeviceError};
+use std::borrow::Cow;
+
+/// How a module reaches the driver.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Route {
+    /// As it is; Vulkan with shader passthrough only. Nothing else keeps
+    /// NoContraction and the float controls.
+    Untouched,
+    /// Read, checked and written anew by naga; every backend of wgpu.
+    Portable,
+}
+
+/// An entry point of a module.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct EntryPoint {
+    /// Its name.
+    pub name: String,
+    /// Invocations of a workgroup in x, y and z, where it is a compute shader.
+    pub workgroup: Option<[u32; 3]>,
+    /// Its number in the module.
+    id: u32,
+}
+
+/// A compiled SPIR-V module.
+#[derive(Clone, Debug)]
+pub struct Module {
+    words: Vec<u32>,
+    entry_points: Vec<EntryPoint>,
+    route: Route,
+}
+
+impl Module {
+    /// A module that the driver gets as it is; `bytes` are those of a `.spv` file.
+    ///
+    /// # Safety
+    /// The module must be valid by the Vulkan specification (spirv-val says
+    /// so), must not end or loop for ever, and must not reach outside of its
+    /// buffers: nobody looks at it before the driver does.
+    ///
+    /// # Errors
+    /// [`DeviceError::Module`] where the bytes are no SPIR-V.
+    pub unsafe fn untouched(bytes: &[u8]) -> Result<Module, DeviceError> {
+        Module::new(bytes, Route::Untouched)
+    }
+
+    /// A module that naga reads and writes anew; `bytes` are those of a `.spv` file.
+    ///
+    /// # Errors
+    /// [`DeviceError::Module`] where the bytes are no SPIR-V.
+    pub fn portable(bytes: &[u8]) -> Result<Module, DeviceError> {
+        Module::new(bytes, Route::Portable)
+    }
+
+    fn new(bytes: &[u8], route: Route) -> Result<Module, DeviceError> {
+        let (chunks, rest) = bytes.as_chunks::<4>();
+        if !rest.is_empty() {
+            return Err(DeviceError::Module {
+                message: format!("{} bytes are not whole words", bytes.len()),
+            });
+        }
+        let words: Vec<u32> = chunks.iter().copied().map(u32::from_le_bytes).collect();
+        Ok(Module {
+            entry_points: entry_points(&words)?,
+            words,
+            route,
+        })
+    }
+
+    /// How it reaches the driver.
+    pub fn route(&self) -> Route {
+        self.route
+    }
+
+    /// What it has to run.
+    pub fn entry_points(&self) -> &[EntryPoint] {
+        &self.entry_points
+    }
+
+    /// Gives it to `device`.
+    ///
+    /// # Errors
+    /// [`DeviceError::Untouched`] where the device does not take it so,
+    /// [`DeviceError::Device`] where it or naga refuses it.
+    pub fn load(&self, device: &Device) -> Result<wgpu::ShaderModule, DeviceError> {
+        if self.route == Route::Untouched && !device.takes_spirv() {
+            return Err(DeviceError::Untouched {
+                adapter: device.describe().to_string(),
+            });
+        }
+        let words = Cow::Borrowed(self.words.as_slice());
+        let guard = device.guard();
+        let module = match self.route {
+            Route::Untouched => {
+                let entry_points = self
+                    .entry_points
+                    .iter()
+                    .map(|entry_point| wgpu::PassthroughShaderEntryPoint {
+                        name: Cow::Borrowed(entry_point.name.as_str()),
+                        workgroup_size: entry_point.workgroup.unwrap_or([1; 3]).into(),
+                    })
+                    .collect();
+                // SAFETY: who called `Module::untouched` has promised it.
+                unsafe {
+                    device.wgpu().create_shader_module_passthrough(
+                        wgpu::ShaderModuleDescriptorPassthrough {
+                            label: Some("bitwise"),
+                            entry_points,
+                            spirv: Some(words),
+                            ..Default::default()
+                        },
+                    )
+                }
+            }
+            Route::Portable => device
+                .wgpu()
+                .create_shader_module(wgpu::ShaderModuleDescriptor {
+                    label: Some("bitwise"),
+                    source: wgpu::ShaderSource::SpirV(words),
+                }),
+        };
+        guard.finish()?;
+        Ok(module)
+    }
+}
+
+/// First word of every module, and how many come before the instructions
+/// (SPIR-V specification, "Physical Layout of a SPIR-V Module").
+const MAGIC: u32 = 0x0723_0203;
+const HEADER: usize = 5;
+
+const OP_ENTRY_POINT: u32 = 15;
+const OP_EXECUTION_MODE: u32 = 16;
+const OP_FUNCTION: u32 = 54;
+const LOCAL_SIZE: u32 = 17;
+
+/// The entry points of a module, from what comes before its functions.
+fn entry_points(words: &[u32]) -> Result<Vec<EntryPoint>, DeviceError> {
+    let malformed = |message: String| DeviceError::Module { message };
+    if words.first() != Some(&MAGIC) || words.len() < HEADER {
+        return Err(malformed(
+            "it does not begin with SPIR-V's header".to_string(),
+        ));
+    }
+    let mut found: Vec<EntryPoint> = Vec::new();
+    let mut at = HEADER;
+    while at < words.len() {
+        let length = (words[at] >> 16) as usize;
+        let Some(instruction) = words.get(at..at + length).filter(|_| length > 0) else {
+            return Err(malformed(format!(
+                "the instruction at word {at} has a wrong length"
+            )));
+        };
+        match (instruction[0] & 0xffff, &instruction[1..]) {
+            (OP_ENTRY_POINT, [_model, id, name @ ..]) => found.push(EntryPoint {
+                name: literal(name),
+                workgroup: None,
+                id: *id,
+            }),
+            (OP_EXECUTION_MODE, &[id, LOCAL_SIZE, x, y, z]) => {
+                for entry_point in found.iter_mut().filter(|found| found.id == id) {
+                    entry_point.workgroup = Some([x, y, z]);
+                }
+            }
+            (OP_FUNCTION, _) => break,
+            _ => {}
+        }
+        at += length;
+    }
+    Ok(found)
+}
+
+/// A text at the beginning of `words`: UTF-8 in little-endian words up to a 0.
+fn literal(words: &[u32]) -> String {
+    let bytes: Vec<u8> = words
+        .iter()
+        .flat_map(|word| word.to_le_bytes())
+        .take_while(|&byte| byte != 0)
+        .collect();
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::testing;
+
+    #[test]
+    fn entry_points_and_their_workgroups_are_found() {
+        let module = Module::portable(&testing::shader()).expect("a module");
+        let names: Vec<&str> = module
+            .entry_points()
+            .iter()
+            .map(|entry_point| entry_point.name.as_str())
+            .collect();
+        assert_eq!(
+            names,
+            [
+                "multiply_add",
+                "product_and_sum",
+                "scale",
+                "silent",
+                "narrow"
+            ]
+        );
+        let workgroups: Vec<_> = module
+            .entry_points()
+            .iter()
+            .map(|entry_point| entry_point.workgroup.map(|sides| sides[0]))
+            .collect();
+        assert_eq!(workgroups, [64, 64, 64, 64, 32].map(Some));
+    }
+
+    #[test]
+    fn what_is_no_module_is_refused_with_its_reason() {
+        let refused = |bytes: &[u8]| Module::portable(bytes).unwrap_err().to_string();
+        assert!(refused(&[1, 2, 3]).contains("3 bytes"));
+        assert!(refused(&[]).contains("header"));
+        assert!(refused(b"no SPIR-V here, sorry!!!").contains("header"));
+        let whole = testing::shader();
+        let mut zero_length = whole[..20].to_vec();
+        zero_length.extend([0; 8]);
+        assert!(refused(&zero_length).contains("word 5"));
+        let mut cut = whole[..20].to_vec();
+        cut.extend((9_u32 << 16 | 17).to_le_bytes());
+        assert!(refused(&cut).contains("word 5"));
+    }
+}

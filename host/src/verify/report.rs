@@ -1,0 +1,337 @@
+//! What was compared, on which device, and what differs.
+
+use super::agreement::{Agreement, COLOR_NAMES, GEOMETRY_NAMES};
+use crate::render::gpu::{Adapter, Shaders, Signature};
+use relievo_bitwise::Tally;
+use serde::Serialize;
+use std::fmt;
+
+/// Everything that one run has compared.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct Report {
+    /// One for each adapter.
+    pub adapters: Vec<AdapterReport>,
+}
+
+/// What was found on one adapter.
+#[derive(Clone, Debug, Serialize)]
+pub struct AdapterReport {
+    /// The adapter's name.
+    pub name: String,
+    /// The API.
+    pub backend: String,
+    /// The driver and its version.
+    pub driver: String,
+    /// Whether it is a program on the CPU.
+    pub software: bool,
+    /// What each canary told; none where the adapter takes no SPIR-V.
+    pub canaries: Vec<CanaryReport>,
+    /// Whether it passes the canaries: the exact shaders are used.
+    pub exact: bool,
+    /// One for each module.
+    pub modules: Vec<ModuleReport>,
+}
+
+/// What a canary told.
+#[derive(Clone, Debug, Serialize)]
+pub struct CanaryReport {
+    /// Its name.
+    pub name: String,
+    /// Whether an exact device must pass it.
+    pub required: bool,
+    /// Words compared.
+    pub words: u64,
+    /// Words that differ.
+    pub different: u64,
+    /// What the device does where words differ.
+    pub tells: String,
+}
+
+/// What was found with one module.
+#[derive(Clone, Debug, Serialize)]
+pub struct ModuleReport {
+    /// Which one: exact, fast or portable shaders.
+    pub shaders: String,
+    /// Whether it promises the CPU's words.
+    pub promises: bool,
+    /// Words compared, of kernels and pictures.
+    pub words: u64,
+    /// Words that differ.
+    pub different: u64,
+    /// The functions compared one by one.
+    pub kernels: Vec<KernelReport>,
+    /// The pictures compared.
+    pub pictures: Vec<PictureReport>,
+}
+
+/// What was found of one function.
+#[derive(Clone, Debug, Serialize)]
+pub struct KernelReport {
+    /// Its name.
+    pub name: String,
+    /// What was found.
+    #[serde(flatten)]
+    pub found: Counts,
+}
+
+/// What was found of one picture.
+#[derive(Clone, Debug, Serialize)]
+pub struct PictureReport {
+    /// The scene, and the variant of it.
+    pub scene: String,
+    /// Width and height, pixels.
+    pub size: [u32; 2],
+    /// Pixels of which the colour differs.
+    pub color_pixels: u64,
+    /// Pixels of which the class differs.
+    pub class_pixels: u64,
+    /// Largest difference of a linear colour channel.
+    pub largest_color_difference: f32,
+    /// Largest difference of t, relative to it.
+    pub largest_distance_difference: f32,
+    /// Colour words.
+    pub color: Counts,
+    /// Geometry words.
+    pub geometry: Counts,
+}
+
+/// Words, and how they differ.
+#[derive(Clone, Debug, Serialize)]
+pub struct Counts {
+    /// Words compared.
+    pub words: u64,
+    /// Words that differ.
+    pub different: u64,
+    /// Classes of distances between words: the largest distance of each, ULP
+    /// (0, 1, 2, 4, 8, …), and how many words.
+    pub ulp: Vec<(u64, u64)>,
+    /// Words of which one side is a NaN.
+    pub nan: u64,
+    /// The first few that differ.
+    pub first: Vec<FirstDifference>,
+}
+
+/// A word that differs.
+#[derive(Clone, Debug, Serialize)]
+pub struct FirstDifference {
+    /// Of what: a pixel's "(x, y) red", or "input 17, word 2".
+    pub place: String,
+    /// The function's arguments as words; none for a pixel.
+    pub input: Vec<String>,
+    /// The GPU's word.
+    pub gpu: String,
+    /// The CPU's.
+    pub cpu: String,
+    /// Their distance, ULP; none where one is a NaN.
+    pub ulp: Option<u64>,
+}
+
+/// A word as bits and as a number.
+fn show(word: u32) -> String {
+    format!("{word:08x} = {:e}", f32::from_bits(word))
+}
+
+impl Counts {
+    fn of(tally: &Tally, place: impl Fn(u64, usize) -> String) -> Counts {
+        Counts {
+            words: tally.words,
+            different: tally.different,
+            ulp: tally.histogram.classes().collect(),
+            nan: tally.histogram.nan(),
+            first: tally
+                .first
+                .iter()
+                .map(|difference| FirstDifference {
+                    place: place(difference.index, difference.word),
+                    input: difference.input.iter().copied().map(show).collect(),
+                    gpu: show(difference.gpu),
+                    cpu: show(difference.cpu),
+                    ulp: Some(difference.ulp).filter(|&ulp| ulp != u64::MAX),
+                })
+                .collect(),
+        }
+    }
+}
+
+impl AdapterReport {
+    /// Of an adapter with nothing compared yet; `None` is the signature of one
+    /// that takes no SPIR-V.
+    pub fn new(adapter: &Adapter, signature: Option<&Signature>) -> AdapterReport {
+        let info = adapter.info();
+        let told = signature.map_or(&[][..], |signature| &signature.told);
+        AdapterReport {
+            name: info.name,
+            backend: info.backend.to_string(),
+            driver: format!("{} {}", info.driver, info.driver_info),
+            software: adapter.is_software(),
+            canaries: told
+                .iter()
+                .map(|told| CanaryReport {
+                    name: told.name.to_string(),
+                    required: told.required,
+                    words: told.words,
+                    different: told.different,
+                    tells: told.tells.to_string(),
+                })
+                .collect(),
+            exact: signature.is_some_and(Signature::is_exact),
+            modules: Vec::new(),
+        }
+    }
+}
+
+impl ModuleReport {
+    /// Of a module with nothing compared yet.
+    pub fn new(shaders: Shaders) -> ModuleReport {
+        ModuleReport {
+            shaders: shaders.describe().to_string(),
+            promises: shaders == Shaders::Exact,
+            words: 0,
+            different: 0,
+            kernels: Vec::new(),
+            pictures: Vec::new(),
+        }
+    }
+
+    /// Adds a function.
+    pub fn add_kernel(&mut self, name: &str, tally: &Tally) {
+        self.words += tally.words;
+        self.different += tally.different;
+        self.kernels.push(KernelReport {
+            name: name.to_string(),
+            found: Counts::of(tally, |index, word| format!("input {index}, word {word}")),
+        });
+    }
+
+    /// Adds a picture.
+    pub fn add_picture(&mut self, scene: String, agreement: &Agreement) {
+        self.words += agreement.words();
+        self.different += agreement.different();
+        let width = agreement.width.max(1) as u64;
+        let place = |names: &'static [&'static str]| {
+            move |index: u64, word: usize| {
+                format!("({}, {}) {}", index % width, index / width, names[word])
+            }
+        };
+        self.pictures.push(PictureReport {
+            scene,
+            size: [width as u32, (agreement.color.inputs / width) as u32],
+            color_pixels: agreement.color.inputs_different,
+            class_pixels: agreement.class_pixels as u64,
+            largest_color_difference: agreement.largest_color_difference,
+            largest_distance_difference: agreement.largest_distance_difference,
+            color: Counts::of(&agreement.color, place(&COLOR_NAMES)),
+            geometry: Counts::of(&agreement.geometry, place(&GEOMETRY_NAMES)),
+        });
+    }
+}
+
+impl Report {
+    /// Adapters whose exact shaders do not give the CPU's words.
+    pub fn broken(&self) -> Vec<&str> {
+        self.adapters
+            .iter()
+            .filter(|adapter| {
+                let mut modules = adapter.modules.iter();
+                modules.any(|module| module.promises && module.different > 0)
+            })
+            .map(|adapter| adapter.name.as_str())
+            .collect()
+    }
+}
+
+impl fmt::Display for Report {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for adapter in &self.adapters {
+            writeln!(
+                f,
+                "{} ({}, {})",
+                adapter.name, adapter.backend, adapter.driver
+            )?;
+            let canaries: Vec<String> = adapter.canaries.iter().map(CanaryReport::show).collect();
+            match (canaries.is_empty(), adapter.exact) {
+                (true, _) => writeln!(f, "  takes no SPIR-V untouched: portable shaders are used")?,
+                (_, true) => writeln!(
+                    f,
+                    "  canaries passed, exact shaders are used: {}",
+                    canaries.join(", ")
+                )?,
+                (_, false) => writeln!(
+                    f,
+                    "  CANARIES FAILED, this device is not exact and fast shaders are used: {}",
+                    canaries.join(", ")
+                )?,
+            }
+            for module in &adapter.modules {
+                writeln!(
+                    f,
+                    "  {}: {} of {} words differ",
+                    module.shaders, module.different, module.words
+                )?;
+                for kernel in &module.kernels {
+                    write!(f, "    {}: ", kernel.name)?;
+                    kernel.found.write(f)?;
+                }
+                for picture in &module.pictures {
+                    let [width, height] = picture.size;
+                    writeln!(
+                        f,
+                        "    {}, {width} × {height}: {} pixels differ in colour, {} in class; largest difference: colour {:.2e}, distance {:.2e} of itself",
+                        picture.scene,
+                        picture.color_pixels,
+                        picture.class_pixels,
+                        picture.largest_color_difference,
+                        picture.largest_distance_difference
+                    )?;
+                    write!(f, "      colour: ")?;
+                    picture.color.write(f)?;
+                    write!(f, "      geometry: ")?;
+                    picture.geometry.write(f)?;
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+impl CanaryReport {
+    fn show(&self) -> String {
+        if self.different == 0 {
+            format!("{} exact", self.name)
+        } else {
+            format!("{} differs ({})", self.name, self.tells)
+        }
+    }
+}
+
+impl Counts {
+    fn write(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{} of {} words differ", self.different, self.words)?;
+        if self.different > 0 {
+            let classes = self.ulp.iter().filter(|(distance, _)| *distance > 0);
+            let classes: Vec<String> = classes
+                .map(|(distance, words)| format!("≤ {distance}: {words}"))
+                .collect();
+            write!(f, "; ULP {}", classes.join(", "))?;
+            if self.nan > 0 {
+                write!(f, "; NaN: {}", self.nan)?;
+            }
+        }
+        writeln!(f)?;
+        for first in &self.first {
+            let ulp = first
+                .ulp
+                .map_or("NaN".to_string(), |ulp| format!("{ulp} ULP"));
+            write!(
+                f,
+                "        {}: GPU {}, CPU {}, {ulp}",
+                first.place, first.gpu, first.cpu
+            )?;
+            if !first.input.is_empty() {
+                write!(f, "; input [{}]", first.input.join(", "))?;
+            }
+            writeln!(f)?;
+        }
+        Ok(())
+    }
+}

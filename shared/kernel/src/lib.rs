@@ -1,0 +1,361 @@
+//! Functions that must give the same words on GPU and CPU: a line each,
+//! compiled for both.
+//!
+//! A project lists its functions once, in a macro that takes another macro:
+//!
+//! ```
+//! use relievo_kernel::{Domain, Kernel, Kind, table};
+//! const NUMBER: Domain = Domain::new("number", Kind::Magnitude { low: 1e-18, high: 1e18 });
+//!
+//! fn half(x: f32) -> f32 {
+//!     0.5 * x
+//! }
+//!
+//! macro_rules! for_each_kernel {
+//!     ($with:ident) => {
+//!         $with! {
+//!             half(f32: NUMBER) -> f32 = half;
+//!         }
+//!     };
+//! }
+//! const TABLE: &[Kernel] = for_each_kernel!(table);
+//! assert_eq!(TABLE[0].name, "half");
+//! ```
+//!
+//! An argument is a type that implements [`FromWords`] and the [`Domain`] it
+//! is drawn from; a result implements [`ToWords`].
+//!
+//! Its shader crate says `for_each_kernel!(entry_points);` and
+//! has a compute shader for each. Its tests say
+//! `const TABLE: &[Kernel] = for_each_kernel!(table);` and have
+//! the same functions for the CPU, with what is known of their arguments.
+//! `relievo-bitwise` generates arguments, runs both and counts the words that
+//! differ. Arguments and results travel as u32 words in storage buffers, so
+//! that nothing is rounded, filtered or interpolated on the way.
+#![no_std]
+#![forbid(unsafe_code)]
+
+use glam::{Vec2, Vec3};
+
+/// Invocations of a compute shader's workgroup; inputs come in multiples of it.
+pub const WORKGROUP: u32 = 64;
+
+/// Where the words of arguments come from.
+pub trait Source {
+    /// The next word.
+    fn next(&mut self) -> u32;
+}
+
+/// Where the words of results go.
+pub trait Sink {
+    /// Puts the next word.
+    fn put(&mut self, word: u32);
+}
+
+/// What can be an argument.
+pub trait FromWords: Sized {
+    /// How many words it takes.
+    const WORDS: u32;
+    /// Takes the value from a source.
+    fn read<S: Source>(source: &mut S) -> Self;
+}
+
+/// What can be a result.
+pub trait ToWords {
+    /// How many words it gives.
+    const WORDS: u32;
+    /// Gives the value to a sink.
+    fn write<S: Sink>(self, sink: &mut S);
+}
+
+/// A number of one word.
+macro_rules! number {
+    ($type:ty, $word:ident => $from:expr, $value:ident => $to:expr) => {
+        impl FromWords for $type {
+            const WORDS: u32 = 1;
+            #[inline]
+            fn read<S: Source>(source: &mut S) -> $type {
+                let $word = source.next();
+                $from
+            }
+        }
+
+        impl ToWords for $type {
+            const WORDS: u32 = 1;
+            #[inline]
+            fn write<S: Sink>(self, sink: &mut S) {
+                let $value = self;
+                sink.put($to);
+            }
+        }
+    };
+}
+
+number!(u32, word => word, value => value);
+number!(i32, word => word as i32, value => value as u32);
+// The sign of zero is nothing that may be observed, so both zeros are one.
+number!(f32, word => f32::from_bits(word), value => if value == 0.0 { 0 } else { value.to_bits() });
+number!(bool, word => word != 0, value => if value { 1 } else { 0 });
+
+/// A vector: its components in turn.
+macro_rules! vector {
+    ($type:ident: $words:literal, $($field:ident),*) => {
+        impl FromWords for $type {
+            const WORDS: u32 = $words;
+            #[inline]
+            fn read<S: Source>(source: &mut S) -> $type {
+                $(let $field = f32::read(source);)*
+                $type::new($($field),*)
+            }
+        }
+
+        impl ToWords for $type {
+            const WORDS: u32 = $words;
+            #[inline]
+            fn write<S: Sink>(self, sink: &mut S) {
+                $(self.$field.write(sink);)*
+            }
+        }
+    };
+}
+
+vector!(Vec2: 2, x, y);
+vector!(Vec3: 3, x, y, z);
+
+/// Several results of one function.
+macro_rules! tuple {
+    ($($name:ident: $field:tt),*) => {
+        impl<$($name: ToWords),*> ToWords for ($($name,)*) {
+            const WORDS: u32 = 0 $(+ $name::WORDS)*;
+            #[inline]
+            fn write<S: Sink>(self, sink: &mut S) {
+                $(self.$field.write(sink);)*
+            }
+        }
+    };
+}
+
+tuple!(A: 0, B: 1);
+tuple!(A: 0, B: 1, C: 2);
+tuple!(A: 0, B: 1, C: 2, D: 3);
+
+/// What an argument may be: every scalar of it, unless the kind says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Domain {
+    /// What the number means; values recorded under this name are tried too.
+    pub name: &'static str,
+    /// Which values it takes.
+    pub kind: Kind,
+}
+
+/// Which values an argument takes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Kind {
+    /// Zero, or of either sign and of a magnitude in `low..=high`, 0 < low.
+    Magnitude {
+        /// The smallest magnitude that is not zero.
+        low: f32,
+        /// The largest.
+        high: f32,
+    },
+    /// Of either sign and of a magnitude in `low..=high`, never zero.
+    NonZero {
+        /// The smallest magnitude.
+        low: f32,
+        /// The largest.
+        high: f32,
+    },
+    /// From `low` to `high`, both included; no magnitudes below 2⁻²⁰ but
+    /// zero, so that products of several are normal numbers.
+    Range {
+        /// The smallest.
+        low: f32,
+        /// The largest.
+        high: f32,
+    },
+    /// Three scalars: a vector of length 1, but for rounding; no magnitudes
+    /// below 2⁻²⁰ but zero.
+    UnitVector,
+    /// A whole number from `low` to `high`, both included, as u32.
+    Integer {
+        /// The smallest.
+        low: u32,
+        /// The largest.
+        high: u32,
+    },
+}
+
+impl Domain {
+    /// A domain of that name and kind.
+    pub const fn new(name: &'static str, kind: Kind) -> Domain {
+        Domain { name, kind }
+    }
+}
+
+/// One argument of a kernel.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Argument {
+    /// Words that it takes.
+    pub words: u32,
+    /// What it may be.
+    pub domain: Domain,
+}
+
+/// A function as the CPU runs it; the compute shader of that name is the same.
+#[derive(Clone, Copy, Debug)]
+pub struct Kernel {
+    /// Its name, and its entry point's.
+    pub name: &'static str,
+    /// Its arguments in their order.
+    pub arguments: &'static [Argument],
+    /// Words of all arguments together.
+    pub input_words: u32,
+    /// Words of the result.
+    pub output_words: u32,
+    /// Runs it on every group of `input_words` words of the first slice, and
+    /// puts `output_words` words each into the second.
+    pub run: fn(&[u32], &mut [u32]),
+}
+
+/// Words in memory as a [`Source`].
+pub struct Reader<'a>(pub core::slice::Iter<'a, u32>);
+
+impl Source for Reader<'_> {
+    fn next(&mut self) -> u32 {
+        self.0.next().copied().unwrap_or(0)
+    }
+}
+
+/// Words in memory as a [`Sink`].
+pub struct Writer<'a>(pub core::slice::IterMut<'a, u32>);
+
+impl Sink for Writer<'_> {
+    fn put(&mut self, word: u32) {
+        if let Some(place) = self.0.next() {
+            *place = word;
+        }
+    }
+}
+
+/// The CPU's side of a list of kernels: an expression, a `&[Kernel]`.
+#[macro_export]
+macro_rules! table {
+    ($($(#[$doc:meta])* $name:ident($($value:ty: $domain:expr),* $(,)?) -> $result:ty = $function:expr;)*) => {
+        &[$({
+            const INPUT: u32 = 0 $(+ <$value as $crate::FromWords>::WORDS)*;
+            const OUTPUT: u32 = <$result as $crate::ToWords>::WORDS;
+            $crate::Kernel {
+                name: stringify!($name),
+                arguments: &[$($crate::Argument {
+                    words: <$value as $crate::FromWords>::WORDS,
+                    domain: $domain,
+                }),*],
+                input_words: INPUT,
+                output_words: OUTPUT,
+                run: |inputs, outputs| {
+                    let inputs = inputs.chunks_exact(INPUT as usize);
+                    let outputs = outputs.chunks_exact_mut(OUTPUT as usize);
+                    for (input, output) in inputs.zip(outputs) {
+                        let mut reader = $crate::Reader(input.iter());
+                        let result: $result =
+                            $function($(<$value as $crate::FromWords>::read(&mut reader)),*);
+                        $crate::ToWords::write(result, &mut $crate::Writer(output.iter_mut()));
+                    }
+                },
+            }
+        }),*]
+    };
+}
+
+/// The GPU's side of a list of kernels: a compute shader each. The crate that
+/// uses it has rust-gpu's `spirv` and `UVec3` in scope, and `Input` and
+/// `Output`, its storage buffers with an offset as [`Source`] and [`Sink`].
+#[macro_export]
+macro_rules! entry_points {
+    ($($(#[$doc:meta])* $name:ident($($value:ty: $domain:expr),* $(,)?) -> $result:ty = $function:expr;)*) => {
+        $(
+            #[doc = concat!("Runs `", stringify!($function), "` on input number x.")]
+            #[spirv(compute(threads(64)))]
+            pub fn $name(
+                #[spirv(global_invocation_id)] id: UVec3,
+                #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] inputs: &[u32],
+                #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] outputs: &mut [u32],
+            ) {
+                const INPUT: u32 = 0 $(+ <$value as $crate::FromWords>::WORDS)*;
+                const OUTPUT: u32 = <$result as $crate::ToWords>::WORDS;
+                let mut source = Input { words: inputs, at: id.x * INPUT };
+                let result: $result =
+                    $function($(<$value as $crate::FromWords>::read(&mut source)),*);
+                $crate::ToWords::write(result, &mut Output { words: outputs, at: id.x * OUTPUT });
+            }
+        )*
+    };
+}
+
+/// Calls the macro `$with` with every canary: operations that tell whether a
+/// device keeps what exact modules rely on, and what else it does. Whoever
+/// calls it has [`canary`] in scope.
+#[macro_export]
+macro_rules! for_each_canary {
+    ($with:ident) => {
+        $with! {
+            multiply_add(f32: canary::NUMBER, f32: canary::NUMBER, f32: canary::NUMBER) -> f32 = canary::multiply_add;
+            dot3(Vec3: canary::NUMBER, Vec3: canary::NUMBER) -> f32 = canary::dot3;
+            factoring(f32: canary::NUMBER, f32: canary::NUMBER, f32: canary::NUMBER) -> f32 = canary::factoring;
+            cancelling(f32: canary::NUMBER, f32: canary::NUMBER) -> f32 = canary::cancelling;
+            whole_number(u32: canary::WHOLE) -> f32 = canary::whole_number;
+            truncation(f32: canary::TRUNCATED) -> i32 = canary::truncation;
+            third(f32: canary::NUMBER) -> f32 = canary::third;
+            native_division(f32: canary::NUMBER, f32: canary::NUMBER) -> f32 = canary::native_division;
+            native_root(f32: canary::NUMBER) -> f32 = canary::native_root;
+            denormal(f32: canary::TINY) -> f32 = canary::denormal;
+            negative_zero(f32: canary::NUMBER) -> u32 = canary::negative_zero;
+        }
+    };
+}
+
+pub mod canary;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ANY: Domain = Domain::new(
+        "any",
+        Kind::Range {
+            low: -8.0,
+            high: 8.0,
+        },
+    );
+
+    fn add(a: Vec3, b: f32) -> (Vec3, bool) {
+        (a + Vec3::splat(b), b > 0.0)
+    }
+
+    macro_rules! for_each_kernel {
+        ($with:ident) => {
+            $with! {
+                add(Vec3: ANY, f32: ANY) -> (Vec3, bool) = add;
+                next(u32: ANY) -> u32 = |x: u32| x + 1;
+            }
+        };
+    }
+
+    const TABLE: &[Kernel] = for_each_kernel!(table);
+
+    #[test]
+    fn the_table_runs_what_it_lists() {
+        let [add, next] = TABLE else { panic!() };
+        assert_eq!((add.name, add.input_words, add.output_words), ("add", 4, 4));
+        assert_eq!(add.arguments.iter().map(|a| a.words).sum::<u32>(), 4);
+        let inputs = [1.0f32, 2.0, 3.0, 0.5, 0.0, 0.0, 0.0, -1.0].map(f32::to_bits);
+        let mut outputs = [7; 8];
+        (add.run)(&inputs, &mut outputs);
+        let expected = [1.5f32, 2.5, 3.5].map(f32::to_bits);
+        assert_eq!(outputs[..4], [expected[0], expected[1], expected[2], 1]);
+        assert_eq!(outputs[7], 0);
+        let mut words = [0; 2];
+        (next.run)(&[4, 5], &mut words);
+        assert_eq!(words, [5, 6]);
+    }
+}

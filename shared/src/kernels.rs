@@ -1,0 +1,572 @@
+//! Functions of this crate whose results on GPU and CPU are compared: a line
+//! each in [`for_each_kernel`](crate::for_each_kernel).
+//!
+//! Those that take an object, a frame or a map are wrapped into functions of
+//! plain numbers first. Maps are noise: every texel is a hash of its place.
+
+use crate::camera::{bounding_rectangle, pixel_ray, reversed_depth};
+use crate::facet::{self, FacetHit};
+pub use crate::layout::Corner;
+use crate::layout::{
+    FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Frame, Object, TIER_FAST, TIER_PLANAR, Triangle,
+};
+use crate::light::shade;
+pub use crate::march::March;
+use crate::march::march;
+use crate::normals::normal_at;
+use crate::path::{Path, QuadraticPath};
+use crate::profile::Profile;
+use crate::shadow::{self, ShadowPoint};
+use crate::shape_map::{ShapeMap, Texels};
+pub use crate::surface::Surface;
+use crate::surface::interpolate;
+pub use crate::{Vec2, Vec3};
+use crate::{paper, relief};
+use relievo_kernel::{Domain, FromWords, Kind, Sink, Source, ToWords};
+
+/// Any number that keeps its meaning: the value contract's 2⁻⁶⁰…2⁶⁰, and 0.
+pub const NUMBER: Domain = Domain::new(
+    "number",
+    Kind::Magnitude {
+        low: crate::arithmetic::SMALLEST,
+        high: 1.152_921_5e18,
+    },
+);
+/// The same without 0.
+pub const DIVISOR: Domain = Domain::new(
+    "number",
+    Kind::NonZero {
+        low: crate::arithmetic::SMALLEST,
+        high: 1.152_921_5e18,
+    },
+);
+
+const fn range(name: &'static str, low: f32, high: f32) -> Domain {
+    Domain::new(name, Kind::Range { low, high })
+}
+
+const fn integer(name: &'static str, low: u32, high: u32) -> Domain {
+    Domain::new(name, Kind::Integer { low, high })
+}
+
+/// Positions, object units.
+pub const POSITION: Domain = range("position", -8.0, 8.0);
+/// Unit vectors.
+pub const DIRECTION: Domain = Domain::new("direction", Kind::UnitVector);
+/// Distances along a ray, object units.
+pub const DISTANCE: Domain = range("distance", 0.0, 64.0);
+/// Texture coordinates, repeats.
+pub const UV: Domain = range("uv", -4.0, 4.0);
+/// Gradients of texture coordinates, repeats per object unit.
+pub const GRADIENT: Domain = range("gradient", -16.0, 16.0);
+/// Coefficients of a quadric, 1 / object units.
+pub const CURVATURE: Domain = range("curvature", -4.0, 4.0);
+/// Depth of the shell, object units.
+pub const DEPTH: Domain = range("depth", 0.0078125, 2.0);
+/// How far the facet lies below the surface, object units.
+pub const FACET_DEPTH: Domain = range("facet depth", -0.25, 0.25);
+/// Shares: weights, depth fractions, colours, chamfers.
+pub const FRACTION: Domain = range("fraction", 0.0, 1.0);
+/// Extensions and bevels, width units.
+pub const WIDTH: Domain = range("width", 0.0, 0.5);
+/// Distances in a map, texels.
+pub const TEXELS: Domain = range("texels", -16.0, 64.0);
+/// Exponents of highlights.
+pub const EXPONENT: Domain = integer("exponent", 0, 127);
+/// Pixel coordinates.
+pub const PIXEL: Domain = integer("pixel", 0, 16_383);
+/// Numbers for noise, formats and other choices.
+pub const CHOICE: Domain = integer("choice", 0, u32::MAX);
+
+/// Calls the macro `$with` with every kernel, a line each:
+/// name(type: domain, …) -> type = function;
+///
+/// Whoever calls it has `relievo_shared::{arithmetic, kernels}` and all of
+/// `relievo_shared::kernels` in scope.
+#[macro_export]
+macro_rules! for_each_kernel {
+    ($with:ident) => {
+        $with! {
+            divide(f32: NUMBER, f32: DIVISOR) -> f32 = arithmetic::div;
+            root(f32: NUMBER) -> f32 = arithmetic::sqrt;
+            floor(f32: NUMBER) -> f32 = arithmetic::floor;
+            clamp(f32: NUMBER, f32: NUMBER, f32: NUMBER) -> f32 = arithmetic::clamp;
+            power(f32: FRACTION, u32: EXPONENT) -> f32 = arithmetic::power;
+            normalize(Vec3: POSITION, Vec3: DIRECTION) -> Vec3 = arithmetic::normalize_or;
+            ray(Vec3: DIRECTION, Vec3: DIRECTION, Vec3: DIRECTION, u32: PIXEL, u32: PIXEL) -> Vec3 = kernels::ray;
+            depth(Vec3: DIRECTION, Vec3: DIRECTION, f32: DISTANCE, f32: DEPTH) -> f32 = kernels::depth;
+            rectangle(Vec3: POSITION, Vec3: POSITION, Vec3: POSITION, Vec3: POSITION) -> (Vec2, Vec2) = kernels::rectangle;
+            facet(Vec3: POSITION, Vec3: DIRECTION, Vec3: POSITION, Vec3: POSITION, Vec3: POSITION) -> (bool, f32, Vec3, Vec3) = kernels::facet;
+            surface(Corner: CURVATURE, Corner: CURVATURE, Corner: CURVATURE, Vec3: FRACTION) -> Surface = kernels::surface;
+            path(Surface: CURVATURE, Vec3: DIRECTION, f32: DISTANCE, f32: DEPTH, u32: CHOICE, f32: FRACTION) -> (PathWords, Vec2, f32, Vec3) = kernels::path;
+            path_over_quadric(Vec3: CURVATURE, f32: FACET_DEPTH, Vec3: DIRECTION, f32: DISTANCE, f32: DEPTH, f32: FRACTION) -> (PathWords, Vec2, f32, Vec3) = kernels::path_over_quadric;
+            profile(f32: WIDTH, f32: WIDTH, f32: FRACTION, f32: FRACTION, f32: TEXELS) -> (f32, f32, f32) = kernels::profile;
+            map(u32: CHOICE, Vec2: UV) -> (f32, Vec2) = kernels::map;
+            search(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH, f32: FRACTION) -> March = kernels::search;
+            search_relief(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH, f32: FRACTION) -> March = kernels::search_relief;
+            search_paper(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH, f32: FRACTION) -> March = kernels::search_paper;
+            normal(u32: CHOICE, Surface: CURVATURE, Vec3: DIRECTION, Vec2: UV, f32: DEPTH, f32: WIDTH) -> Vec3 = kernels::normal;
+            lit(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, Vec3: DIRECTION, f32: FRACTION, f32: DEPTH) -> bool = kernels::lit;
+            light(Vec3: DIRECTION, Vec3: DIRECTION, Vec3: DIRECTION, Vec3: FRACTION, Vec3: FRACTION, f32: FRACTION, u32: EXPONENT) -> Vec3 = kernels::light;
+        }
+    };
+}
+
+/// A map whose texels are hashes of their places and of a number.
+struct Noise(u32);
+
+impl Texels for Noise {
+    #[inline]
+    fn word(&self, index: u32) -> u32 {
+        // Multiplications and shifts of a common integer hash (lowbias32).
+        let mut x = index ^ self.0;
+        x = (x ^ (x >> 16)).wrapping_mul(0x21f0_aaad);
+        x = (x ^ (x >> 15)).wrapping_mul(0xd35a_2d97);
+        x ^ (x >> 15)
+    }
+}
+
+/// Noise as f32 distances: the words' low bits as a small number of texels.
+struct FloatNoise(Noise);
+
+impl Texels for FloatNoise {
+    #[inline]
+    fn word(&self, index: u32) -> u32 {
+        let word = self.0.word(index);
+        ((word & 0xffff) as i32 as f32 * 0.000_244_140_63 - 4.0).to_bits()
+    }
+}
+
+/// An object with a map of 32 × 16 texels of noise; `choice` decides how they
+/// are stored.
+#[inline]
+fn noise_object(choice: u32) -> Object {
+    let kind = choice & 3;
+    Object {
+        map_size: [32.0, 16.0],
+        map_step: if kind == 0 { 0.0625 } else { 0.000_122_070_31 },
+        map_quantum: 0.0625,
+        map_reach: 1.5,
+        map_bias: if kind == 0 { 64 } else { 0x4000 },
+        map_packing: if kind == 0 { 2 } else { 1 },
+        map_format: FORMAT_CODES,
+        linear_steps: 24,
+        binary_steps: 6,
+        tier: TIER_FAST,
+        ..Object::default()
+    }
+}
+
+/// Direction of the ray through pixel (x, y).
+pub fn ray(first: Vec3, right: Vec3, down: Vec3, x: u32, y: u32) -> Vec3 {
+    let frame = Frame {
+        ray_first: array(first),
+        // A pixel's share of the picture.
+        ray_right: array(right * 0.000_976_562_5),
+        ray_down: array(down * 0.000_976_562_5),
+        forward: array(first),
+        ..Frame::default()
+    };
+    pixel_ray(&frame, x, y)
+}
+
+/// Reversed depth at distance `t`.
+pub fn depth(direction: Vec3, forward: Vec3, t: f32, near: f32) -> f32 {
+    let frame = Frame {
+        near,
+        forward: array(forward),
+        ..Frame::default()
+    };
+    reversed_depth(&frame, direction, t)
+}
+
+fn triangle(a: Vec3, b: Vec3, c: Vec3) -> Triangle {
+    let mut triangle = Triangle {
+        handedness: 1.0,
+        ..Triangle::default()
+    };
+    triangle.corners[0].position = array(a);
+    triangle.corners[1].position = array(b);
+    triangle.corners[2].position = array(c);
+    triangle
+}
+
+/// The rectangle of pixels around a triangle, seen from `eye` along −z.
+pub fn rectangle(eye: Vec3, a: Vec3, b: Vec3, c: Vec3) -> (Vec2, Vec2) {
+    let frame = Frame {
+        eye: array(eye),
+        near: 0.0625,
+        right: [1.5, 0.0, 0.0],
+        up: [0.0, 2.0, 0.0],
+        forward: [0.0, 0.0, -1.0],
+        size: [800.0, 600.0],
+        ..Frame::default()
+    };
+    let found = bounding_rectangle(&frame, &triangle(a, b, c));
+    (found.low, found.high)
+}
+
+/// A ray against a triangle: whether they meet, t, weights and normal.
+pub fn facet(eye: Vec3, direction: Vec3, a: Vec3, b: Vec3, c: Vec3) -> (bool, f32, Vec3, Vec3) {
+    let found = facet::intersect(eye, direction, &triangle(a, b, c));
+    (found.hit, found.t, found.weights, found.normal)
+}
+
+/// The smooth surface over a point of a triangle.
+pub fn surface(a: Corner, b: Corner, c: Corner, weights: Vec3) -> Surface {
+    let triangle = Triangle {
+        corners: [a, b, c],
+        handedness: 1.0,
+    };
+    let hit = FacetHit {
+        hit: true,
+        t: 1.0,
+        weights,
+        normal: Vec3::Z,
+    };
+    interpolate(&triangle, &hit)
+}
+
+/// A path over any surface: what it is, and where it is at a share of its length.
+pub fn path(
+    surface: Surface,
+    direction: Vec3,
+    facet_t: f32,
+    depth: f32,
+    choice: u32,
+    share: f32,
+) -> (PathWords, Vec2, f32, Vec3) {
+    let tier = if choice & 1 == 0 {
+        TIER_PLANAR
+    } else {
+        TIER_FAST
+    };
+    let path = QuadraticPath::new(&surface, direction, facet_t, depth, tier);
+    let s = path.start() + (path.end() - path.start()) * share;
+    let normal = path.surface_normal(&surface, direction, s, tier);
+    (PathWords(path), path.uv(s), path.depth_fraction(s), normal)
+}
+
+/// A surface whose frame is that of the coordinates.
+fn upright_surface(quadric: Vec3, uv: Vec2, facet_depth: f32) -> Surface {
+    Surface {
+        normal: Vec3::Z,
+        tangent: Vec3::X,
+        bitangent: Vec3::Y,
+        quadric,
+        uv,
+        gradient_u: Vec3::X,
+        gradient_v: Vec3::Y,
+        facet_depth,
+    }
+}
+
+/// A path over a quadric patch.
+pub fn path_over_quadric(
+    quadric: Vec3,
+    facet_depth: f32,
+    direction: Vec3,
+    facet_t: f32,
+    depth: f32,
+    share: f32,
+) -> (PathWords, Vec2, f32, Vec3) {
+    let surface = upright_surface(quadric, Vec2::ZERO, facet_depth);
+    path(surface, direction, facet_t, depth, TIER_FAST, share)
+}
+
+/// A profile's radius at a depth, its depth at a distance, and its largest radius.
+pub fn profile(
+    extension: f32,
+    bevel: f32,
+    chamfer: f32,
+    depth_fraction: f32,
+    distance: f32,
+) -> (f32, f32, f32) {
+    let profile = Profile::new(&Object {
+        map_size: [128.0, 64.0],
+        extension,
+        bevel,
+        chamfer,
+        ..Object::default()
+    });
+    (
+        profile.radius(depth_fraction),
+        profile.depth_of(distance),
+        profile.largest_radius(),
+    )
+}
+
+/// Distance and gradient of a map of noise, in each form of storage.
+pub fn map(choice: u32, uv: Vec2) -> (f32, Vec2) {
+    let mut object = noise_object(choice);
+    let noise = Noise(choice);
+    let form = choice & 3;
+    if form == 2 {
+        object.map_packing = 0;
+        object.map_format = FORMAT_FLOAT;
+        let map = ShapeMap::new(&object);
+        let noise = FloatNoise(noise);
+        return (map.distance(&noise, uv), map.gradient(&noise, uv));
+    }
+    if form == 3 {
+        object.map_packing = 0;
+        object.map_format = FORMAT_PAPER;
+    }
+    let map = ShapeMap::new(&object);
+    (map.distance(&noise, uv), map.gradient(&noise, uv))
+}
+
+/// An object of noise with a profile.
+fn solid(choice: u32, depth: f32, widths: Vec2, chamfer: f32) -> Object {
+    Object {
+        depth,
+        // Of the order of a texel.
+        extension: widths.x * 0.0625,
+        bevel: widths.y * 0.25,
+        chamfer,
+        ..noise_object(choice & !2)
+    }
+}
+
+/// A march through noise.
+pub fn search(
+    choice: u32,
+    quadric: Vec3,
+    uv: Vec2,
+    direction: Vec3,
+    depth: f32,
+    widths: Vec2,
+    chamfer: f32,
+) -> March {
+    let object = solid(choice, depth, widths, chamfer);
+    let surface = upright_surface(quadric, uv, 0.0);
+    let path = QuadraticPath::new(&surface, direction, 1.0, depth, TIER_FAST);
+    march(
+        &path,
+        &Profile::new(&object),
+        &ShapeMap::new(&object),
+        &Noise(choice),
+        object.linear_steps,
+        object.binary_steps,
+    )
+}
+
+/// Relief mapping through noise.
+pub fn search_relief(
+    choice: u32,
+    quadric: Vec3,
+    uv: Vec2,
+    direction: Vec3,
+    depth: f32,
+    widths: Vec2,
+    chamfer: f32,
+) -> March {
+    let object = solid(choice, depth, widths, chamfer);
+    let surface = upright_surface(quadric, uv, 0.0);
+    let path = QuadraticPath::new(&surface, direction, 1.0, depth, TIER_FAST);
+    relief::search(
+        &path,
+        &Profile::new(&object),
+        &ShapeMap::new(&object),
+        &Noise(choice),
+        object.linear_steps,
+        object.binary_steps,
+    )
+}
+
+/// The paper's search through noise.
+pub fn search_paper(
+    choice: u32,
+    quadric: Vec3,
+    uv: Vec2,
+    direction: Vec3,
+    depth: f32,
+    widths: Vec2,
+    chamfer: f32,
+) -> March {
+    let object = solid(choice, depth, widths, chamfer);
+    let surface = upright_surface(quadric, uv, 0.0);
+    let map = ShapeMap::new(&object);
+    paper::search(&object, &map, &Noise(choice), &surface, direction)
+}
+
+/// The normal of a hit of any class.
+pub fn normal(
+    choice: u32,
+    surface: Surface,
+    smooth: Vec3,
+    uv: Vec2,
+    depth: f32,
+    bevel: f32,
+) -> Vec3 {
+    let object = solid(choice, depth, Vec2::new(0.0, bevel), 1.0);
+    let map = ShapeMap::new(&object);
+    let class = 1 + ((choice >> 8) & 3);
+    normal_at(class, &object, &map, &Noise(choice), &surface, smooth, uv)
+}
+
+/// Whether the light reaches a point among columns of noise.
+pub fn lit(
+    choice: u32,
+    quadric: Vec3,
+    uv: Vec2,
+    normal: Vec3,
+    to_light: Vec3,
+    depth_fraction: f32,
+    depth: f32,
+) -> bool {
+    let object = solid(choice, depth, Vec2::new(0.0, 0.25), 1.0);
+    let point = ShadowPoint {
+        class: 1 + ((choice >> 8) & 3),
+        uv,
+        depth_fraction,
+        normal,
+        surface_normal: Vec3::Z,
+    };
+    shadow::lit(
+        &object,
+        &ShapeMap::new(&object),
+        &Noise(choice),
+        &upright_surface(quadric, uv, 0.0),
+        &point,
+        to_light,
+    )
+}
+
+/// Light from a surface.
+pub fn light(
+    normal: Vec3,
+    direction: Vec3,
+    to_light: Vec3,
+    albedo: Vec3,
+    light: Vec3,
+    specular: f32,
+    shininess: u32,
+) -> Vec3 {
+    let frame = Frame {
+        light_direction: array(to_light),
+        light_color: array(light),
+        ambient: array(light * 0.25),
+        ..Frame::default()
+    };
+    let object = Object {
+        wall_color: array(albedo),
+        specular,
+        shininess,
+        ..Object::default()
+    };
+    shade(
+        &frame,
+        &object,
+        crate::normals::CLASS_WALL,
+        normal,
+        direction,
+        true,
+    )
+}
+
+fn array(v: Vec3) -> [f32; 3] {
+    [v.x, v.y, v.z]
+}
+
+/// Takes a vector as a layout stores it.
+#[inline]
+fn read_array<S: Source>(source: &mut S) -> [f32; 3] {
+    array(Vec3::read(source))
+}
+
+impl FromWords for Corner {
+    const WORDS: u32 = 20;
+    #[inline]
+    fn read<S: Source>(source: &mut S) -> Corner {
+        let position = read_array(source);
+        let normal = read_array(source);
+        let tangent = read_array(source);
+        let uv = Vec2::read(source);
+        let quadric = read_array(source);
+        let gradient_u = read_array(source);
+        let gradient_v = read_array(source);
+        Corner {
+            position,
+            normal,
+            tangent,
+            uv: [uv.x, uv.y],
+            quadric,
+            gradient_u,
+            gradient_v,
+        }
+    }
+}
+
+impl FromWords for Surface {
+    const WORDS: u32 = 21;
+    #[inline]
+    fn read<S: Source>(source: &mut S) -> Surface {
+        let normal = Vec3::read(source);
+        let tangent = Vec3::read(source);
+        let bitangent = Vec3::read(source);
+        let quadric = Vec3::read(source);
+        let uv = Vec2::read(source);
+        let gradient_u = Vec3::read(source);
+        let gradient_v = Vec3::read(source);
+        let facet_depth = f32::read(source);
+        Surface {
+            normal,
+            tangent,
+            bitangent,
+            quadric,
+            uv,
+            gradient_u,
+            gradient_v,
+            facet_depth,
+        }
+    }
+}
+
+impl ToWords for Surface {
+    const WORDS: u32 = 21;
+    #[inline]
+    fn write<S: Sink>(self, sink: &mut S) {
+        self.normal.write(sink);
+        self.tangent.write(sink);
+        self.bitangent.write(sink);
+        self.quadric.write(sink);
+        self.uv.write(sink);
+        self.gradient_u.write(sink);
+        self.gradient_v.write(sink);
+        self.facet_depth.write(sink);
+    }
+}
+
+impl ToWords for March {
+    const WORDS: u32 = 6;
+    #[inline]
+    fn write<S: Sink>(self, sink: &mut S) {
+        self.end.write(sink);
+        self.s.write(sink);
+        self.uv.write(sink);
+        self.depth_fraction.write(sink);
+        self.steps.write(sink);
+    }
+}
+
+/// A path as a result.
+pub struct PathWords(QuadraticPath);
+
+impl ToWords for PathWords {
+    const WORDS: u32 = 12;
+    #[inline]
+    fn write<S: Sink>(self, sink: &mut S) {
+        let path = self.0;
+        path.enters.write(sink);
+        path.entry_t.write(sink);
+        path.entry_from_facet.write(sink);
+        path.entry_uv.write(sink);
+        path.velocity.write(sink);
+        path.slope.write(sink);
+        path.bend.write(sink);
+        path.start().write(sink);
+        path.end().write(sink);
+        path.ends_on_floor().write(sink);
+    }
+}

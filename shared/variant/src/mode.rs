@@ -1,0 +1,60 @@
+//! What the float operations do, on the calling thread.
+
+use std::cell::Cell;
+
+/// What the float operations do.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// What the sources say.
+    Exact,
+    /// A product and the sum around it are rounded once, as a compiler may do
+    /// that contracts.
+    Fused,
+    /// Denormal operands and results become zeros of the same sign.
+    FlushToZero,
+    /// Quotients and roots are off by up to so many ULP, pseudo-randomly but
+    /// alike for like operands.
+    DivisionOff(u8),
+    /// Results are rounded towards zero, as where RoundingModeRTE is not offered.
+    TowardZero,
+}
+
+thread_local! {
+    static MODE: Cell<Mode> = const { Cell::new(Mode::Exact) };
+}
+
+/// The mode of this thread.
+#[inline]
+pub(crate) fn mode() -> Mode {
+    MODE.get()
+}
+
+/// Calls `work` in `mode`. Threads that it starts are in [`Mode::Exact`].
+pub fn with_mode<T>(mode: Mode, work: impl FnOnce() -> T) -> T {
+    /// Puts the mode back, also when `work` panics.
+    struct Restore(Mode);
+    impl Drop for Restore {
+        fn drop(&mut self) {
+            MODE.set(self.0);
+        }
+    }
+    let _restore = Restore(MODE.replace(mode));
+    work()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn modes_nest_and_end() {
+        let modes = with_mode(Mode::Fused, || {
+            let inner = with_mode(Mode::FlushToZero, mode);
+            let caught = std::panic::catch_unwind(|| with_mode(Mode::TowardZero, || panic!()));
+            assert!(caught.is_err());
+            (inner, mode(), std::thread::spawn(mode).join().unwrap())
+        });
+        assert_eq!(modes, (Mode::FlushToZero, Mode::Fused, Mode::Exact));
+        assert_eq!(mode(), Mode::Exact);
+    }
+}
