@@ -207,7 +207,7 @@ fn gpu_draws_every_combination() {
             let good = if shaders == Shaders::Exact {
                 agreement.is_exact()
             } else {
-                agreement.class_pixels * 200 <= agreement.pixels
+                agreement.class_pixels as u64 * 200 <= agreement.color.inputs
             };
             if !good {
                 wrong.push(format!("{name}, {}: {agreement:?}", found.describe()));

@@ -18,7 +18,7 @@ pub fn div(a: Real, b: Real) -> Real {
     {
         let division = Division::new(a, b);
         let (x, y) = division.mantissas();
-        division.round(native_div(x, y))
+        division.rounded(native_div(x, y))
     }
     #[cfg(not(feature = "corrected"))]
     saturate(native_div(a, b), a, b)
@@ -58,7 +58,7 @@ pub fn sqrt(x: Real) -> Real {
     #[cfg(feature = "corrected")]
     {
         let root = Root::new(x);
-        root.round(native_sqrt(root.operand()))
+        root.rounded(native_sqrt(root.operand()))
     }
     #[cfg(not(feature = "corrected"))]
     native_sqrt(x)

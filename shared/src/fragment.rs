@@ -2,13 +2,14 @@
 
 use crate::arithmetic::floor;
 use crate::camera::reversed_depth;
+use crate::contract::{check, check2, check3};
 use crate::facet::{self, FacetHit};
 use crate::layout::{Frame, Object, SEARCH_PAPER, SEARCH_RELIEF, Triangle, vec3};
 use crate::light;
 use crate::march::march;
 use crate::normals::{CLASS_MISS, class_of, normal_at};
 use crate::paper;
-use crate::path::QuadraticPath;
+use crate::path::{Path, QuadraticPath};
 use crate::profile::Profile;
 use crate::relief;
 use crate::shadow::{self, ShadowPoint};
@@ -55,6 +56,15 @@ pub fn meet(frame: &Frame, triangle: &Triangle, direction: Vec3) -> FacetHit {
 pub fn enter(object: &Object, triangle: &Triangle, direction: Vec3, facet: &FacetHit) -> Entry {
     let surface = interpolate(triangle, facet);
     let path = QuadraticPath::new(&surface, direction, facet.t, object.depth, object.tier);
+    if path.enters {
+        check3(surface.normal);
+        check3(surface.quadric);
+        check2(path.entry_uv);
+        check(path.entry_t);
+        check(path.slope);
+        check(path.bend);
+        check(path.end());
+    }
     Entry { surface, path }
 }
 
@@ -94,6 +104,11 @@ pub fn trace<const SEARCH: u32, T: Texels + ?Sized>(
     let class = class_of(&found, object);
     let t = entry.path.entry_t + found.s;
     let depth = reversed_depth(frame, direction, t);
+    if class != CLASS_MISS {
+        check(t);
+        check2(found.uv);
+        check(found.depth_fraction);
+    }
     Hit {
         class: if depth > 1.0 { CLASS_MISS } else { class },
         depth,
@@ -138,6 +153,7 @@ pub fn normals<T: Texels + ?Sized>(
         smooth,
         hit.uv,
     );
+    check3(carved);
     Normals { carved, smooth }
 }
 
@@ -167,7 +183,9 @@ pub fn color<const SHADOW: bool, T: Texels + ?Sized>(
             },
             vec3(frame.light_direction),
         );
-    light::shade(frame, object, hit.class, normals.carved, direction, lit)
+    let color = light::shade(frame, object, hit.class, normals.carved, direction, lit);
+    check3(color);
+    color
 }
 
 /// A number as pictures carry it: its bits, and one word for both zeros, whose

@@ -37,6 +37,7 @@
 
 pub mod arithmetic;
 pub mod camera;
+pub mod contract;
 pub mod facet;
 pub mod fragment;
 #[cfg(not(feature = "double"))]

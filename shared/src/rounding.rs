@@ -48,7 +48,7 @@ impl Division {
     /// `a / b`, given the quotient of the mantissas to within
     /// [`LARGEST_ERROR`].
     #[inline]
-    pub fn round(self, estimate: f32) -> f32 {
+    pub fn rounded(self, estimate: f32) -> f32 {
         let sign = (self.a ^ self.b) & SIGN;
         let a = self.a & MANTISSA | IMPLICIT;
         let b = self.b & MANTISSA | IMPLICIT;
@@ -144,7 +144,7 @@ impl Root {
     /// √x, given the operand's root to within [`LARGEST_ERROR`]; zero for a
     /// denormal x.
     #[inline]
-    pub fn round(self, estimate: f32) -> f32 {
+    pub fn rounded(self, estimate: f32) -> f32 {
         let mantissa = self.x & MANTISSA | IMPLICIT;
         // q² + residual = mantissa · 2^23 or 2^24, of up to 48 bits: the low 32
         // of both are enough, since their difference is small.
@@ -185,12 +185,12 @@ mod tests {
     fn divide(a: f32, b: f32, ulp: i32) -> f32 {
         let division = Division::new(a, b);
         let (x, y) = division.mantissas();
-        division.round(disturbed(x / y, ulp))
+        division.rounded(disturbed(x / y, ulp))
     }
 
     fn root(x: f32, ulp: i32) -> f32 {
         let root = Root::new(x);
-        root.round(disturbed(root.operand().sqrt(), ulp))
+        root.rounded(disturbed(root.operand().sqrt(), ulp))
     }
 
     fn assert_quotient(a: f32, b: f32, ulp: i32) {

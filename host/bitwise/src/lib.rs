@@ -68,7 +68,7 @@
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! // SAFETY: spirv-val has checked it, and it stays within its buffers.
-//! let module = unsafe { Module::untouched(&std::fs::read("kernels.spv")?)? };
+//! let module = unsafe { Module::untouched(&[&std::fs::read("kernels.spv")?])? };
 //! let plan = Plan { inputs: 1 << 20, seed: 1, recorded: &Recorded::new() };
 //! let all = adapters();
 //! assert!(!all.is_empty(), "no adapter: nothing would be compared");

@@ -24,49 +24,47 @@ pub struct EntryPoint {
     id: u32,
 }
 
-/// A compiled SPIR-V module.
+/// Compiled SPIR-V: one file with every entry point, or several with some each.
 #[derive(Clone, Debug)]
 pub struct Module {
-    words: Vec<u32>,
-    entry_points: Vec<EntryPoint>,
+    files: Vec<File>,
     route: Route,
 }
 
+#[derive(Clone, Debug)]
+struct File {
+    words: Vec<u32>,
+    entry_points: Vec<EntryPoint>,
+}
+
 impl Module {
-    /// A module that the driver gets as it is; `bytes` are those of a `.spv` file.
+    /// A module that the driver gets as it is, as the bytes of its `.spv` files.
     ///
     /// # Safety
-    /// The module must be valid by the Vulkan specification (spirv-val says
-    /// so), must not end or loop for ever, and must not reach outside of its
-    /// buffers: nobody looks at it before the driver does.
+    /// The files must be valid by the Vulkan specification (spirv-val says
+    /// so), must not end or loop for ever, and must not reach outside of their
+    /// buffers: nobody looks at them before the driver does.
     ///
     /// # Errors
     /// [`DeviceError::Module`] where the bytes are no SPIR-V.
-    pub unsafe fn untouched(bytes: &[u8]) -> Result<Module, DeviceError> {
-        Module::new(bytes, Route::Untouched)
+    pub unsafe fn untouched(files: &[&[u8]]) -> Result<Module, DeviceError> {
+        Module::new(files, Route::Untouched)
     }
 
-    /// A module that naga reads and writes anew; `bytes` are those of a `.spv` file.
+    /// A module that naga reads and writes anew, as the bytes of its `.spv` files.
     ///
     /// # Errors
     /// [`DeviceError::Module`] where the bytes are no SPIR-V.
-    pub fn portable(bytes: &[u8]) -> Result<Module, DeviceError> {
-        Module::new(bytes, Route::Portable)
+    pub fn portable(files: &[&[u8]]) -> Result<Module, DeviceError> {
+        Module::new(files, Route::Portable)
     }
 
-    fn new(bytes: &[u8], route: Route) -> Result<Module, DeviceError> {
-        let (chunks, rest) = bytes.as_chunks::<4>();
-        if !rest.is_empty() {
-            return Err(DeviceError::Module {
-                message: format!("{} bytes are not whole words", bytes.len()),
-            });
-        }
-        let words: Vec<u32> = chunks.iter().copied().map(u32::from_le_bytes).collect();
-        Ok(Module {
-            entry_points: entry_points(&words)?,
-            words,
-            route,
-        })
+    fn new(files: &[&[u8]], route: Route) -> Result<Module, DeviceError> {
+        let files = files
+            .iter()
+            .map(|bytes| File::new(bytes))
+            .collect::<Result<_, _>>()?;
+        Ok(Module { files, route })
     }
 
     /// How it reaches the driver.
@@ -75,26 +73,39 @@ impl Module {
     }
 
     /// What it has to run.
-    pub fn entry_points(&self) -> &[EntryPoint] {
-        &self.entry_points
+    pub fn entry_points(&self) -> impl Iterator<Item = &EntryPoint> {
+        self.files.iter().flat_map(|file| &file.entry_points)
     }
 
-    /// Gives it to `device`.
+    /// Gives the file with an entry point to `device`.
     ///
     /// # Errors
     /// [`DeviceError::Untouched`] where the device does not take it so,
-    /// [`DeviceError::Device`] where it or naga refuses it.
-    pub fn load(&self, device: &Device) -> Result<wgpu::ShaderModule, DeviceError> {
+    /// [`DeviceError::Module`] where there is no such entry point,
+    /// [`DeviceError::Device`] where the device or naga refuses it.
+    pub fn load(
+        &self,
+        device: &Device,
+        entry_point: &str,
+    ) -> Result<wgpu::ShaderModule, DeviceError> {
         if self.route == Route::Untouched && !device.takes_spirv() {
             return Err(DeviceError::Untouched {
                 adapter: device.describe().to_string(),
             });
         }
-        let words = Cow::Borrowed(self.words.as_slice());
+        let has = |file: &&File| file.entry_points.iter().any(|has| has.name == entry_point);
+        let file = self
+            .files
+            .iter()
+            .find(has)
+            .ok_or_else(|| DeviceError::Module {
+                message: format!("it has no entry point {entry_point:?}"),
+            })?;
+        let words = Cow::Borrowed(file.words.as_slice());
         let guard = device.guard();
         let module = match self.route {
             Route::Untouched => {
-                let entry_points = self
+                let entry_points = file
                     .entry_points
                     .iter()
                     .map(|entry_point| wgpu::PassthroughShaderEntryPoint {
@@ -123,6 +134,22 @@ impl Module {
         };
         guard.finish()?;
         Ok(module)
+    }
+}
+
+impl File {
+    fn new(bytes: &[u8]) -> Result<File, DeviceError> {
+        let (chunks, rest) = bytes.as_chunks::<4>();
+        if !rest.is_empty() {
+            return Err(DeviceError::Module {
+                message: format!("{} bytes are not whole words", bytes.len()),
+            });
+        }
+        let words: Vec<u32> = chunks.iter().copied().map(u32::from_le_bytes).collect();
+        Ok(File {
+            entry_points: entry_points(&words)?,
+            words,
+        })
     }
 }
 
@@ -189,10 +216,9 @@ mod tests {
 
     #[test]
     fn entry_points_and_their_workgroups_are_found() {
-        let module = Module::portable(&testing::shader()).expect("a module");
+        let module = Module::portable(&[&testing::shader()]).expect("a module");
         let names: Vec<&str> = module
             .entry_points()
-            .iter()
             .map(|entry_point| entry_point.name.as_str())
             .collect();
         assert_eq!(
@@ -207,7 +233,6 @@ mod tests {
         );
         let workgroups: Vec<_> = module
             .entry_points()
-            .iter()
             .map(|entry_point| entry_point.workgroup.map(|sides| sides[0]))
             .collect();
         assert_eq!(workgroups, [64, 64, 64, 64, 32].map(Some));
@@ -215,7 +240,7 @@ mod tests {
 
     #[test]
     fn what_is_no_module_is_refused_with_its_reason() {
-        let refused = |bytes: &[u8]| Module::portable(bytes).unwrap_err().to_string();
+        let refused = |bytes: &[u8]| Module::portable(&[bytes]).unwrap_err().to_string();
         assert!(refused(&[1, 2, 3]).contains("3 bytes"));
         assert!(refused(&[]).contains("header"));
         assert!(refused(b"no SPIR-V here, sorry!!!").contains("header"));

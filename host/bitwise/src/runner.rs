@@ -12,7 +12,6 @@ const UNWRITTEN: u32 = 0xffee_d1ff;
 pub struct Runner {
     device: Device,
     module: Module,
-    shader: wgpu::ShaderModule,
     bindings: wgpu::BindGroupLayout,
     layout: wgpu::PipelineLayout,
     pipelines: BTreeMap<&'static str, wgpu::ComputePipeline>,
@@ -39,12 +38,12 @@ pub struct Pending<'a> {
 }
 
 impl Runner {
-    /// Gives `module` to `device`.
+    /// For the entry points of `module`, which are given to `device` when they
+    /// are first run.
     ///
     /// # Errors
-    /// As [`Module::load`].
+    /// [`DeviceError::Device`] where the device fails.
     pub fn new(device: &Device, module: &Module) -> Result<Runner, DeviceError> {
-        let shader = module.load(device)?;
         let guard = device.guard();
         let entries = [true, false].map(|read_only| wgpu::BindGroupLayoutEntry {
             binding: if read_only { 0 } else { 1 },
@@ -73,7 +72,6 @@ impl Runner {
         Ok(Runner {
             device: device.clone(),
             module: module.clone(),
-            shader,
             bindings,
             layout,
             pipelines: BTreeMap::new(),
@@ -251,7 +249,6 @@ impl Runner {
         let entry_point = self
             .module
             .entry_points()
-            .iter()
             .find(|entry_point| entry_point.name == name)
             .ok_or_else(|| {
                 refused("the module has no such entry point; compile it again".to_string())
@@ -262,6 +259,7 @@ impl Runner {
                 entry_point.workgroup
             )));
         }
+        let shader = self.module.load(&self.device, name)?;
         let guard = self.device.guard();
         let pipeline =
             self.device
@@ -269,7 +267,7 @@ impl Runner {
                 .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                     label: Some(name),
                     layout: Some(&self.layout),
-                    module: &self.shader,
+                    module: &shader,
                     entry_point: Some(name),
                     compilation_options: wgpu::PipelineCompilationOptions::default(),
                     cache: None,
@@ -414,12 +412,13 @@ mod tests {
         let mut bytes = testing::shader();
         // Its last function does not end.
         bytes.truncate(bytes.len() - 8);
-        let module = Module::portable(&bytes).expect("what comes before is whole");
+        let module = Module::portable(&[&bytes]).expect("what comes before is whole");
         let all = crate::adapters();
         assert!(!all.is_empty(), "no adapter on this machine");
         for adapter in all {
             let device = adapter.open().expect("a device");
-            let error = Runner::new(&device, &module).err().expect("refused");
+            let mut runner = Runner::new(&device, &module).expect("nothing is loaded yet");
+            let error = runner.run(&TABLE[2], &[0]).unwrap_err();
             assert!(matches!(error, DeviceError::Device { .. }), "{error}");
         }
     }

@@ -145,12 +145,12 @@ fn all_runners(modules: &[Module]) -> Vec<Runner> {
 
 fn untouched() -> Module {
     // SAFETY: naga has validated it, and Runner's buffers are as long as it needs.
-    unsafe { Module::untouched(&shader()) }.expect("a module")
+    unsafe { Module::untouched(&[&shader()]) }.expect("a module")
 }
 
 /// The shader on every adapter, by both routes.
 pub(crate) fn runners() -> Vec<Runner> {
-    let portable = Module::portable(&shader()).expect("a module");
+    let portable = Module::portable(&[&shader()]).expect("a module");
     all_runners(&[untouched(), portable])
 }
 

@@ -77,11 +77,13 @@ fn main() -> Result<()> {
             files.len()
         );
     } else {
-        std::fs::create_dir_all(&folder)?;
         for (name, bytes) in &files {
-            write_whole(&folder.join(name), bytes)?;
-            println!("{SHADER_FOLDER}/{name}: {} bytes", bytes.len());
+            let path = folder.join(name);
+            std::fs::create_dir_all(path.parent().context("a file has a folder")?)?;
+            write_whole(&path, bytes)?;
         }
+        let bytes: usize = files.values().map(Vec::len).sum();
+        println!("{SHADER_FOLDER}: {} files, {bytes} bytes", files.len());
     }
     Ok(())
 }
@@ -90,33 +92,27 @@ fn main() -> Result<()> {
 fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut files = BTreeMap::new();
     let mut modules = BTreeMap::new();
+    let mut folders = BTreeMap::new();
     for shaders in &CRATES {
-        // Optimised freely, for any backend, through naga too.
-        let (fast, entry_points) = run_rust_gpu(root, shaders, Variant::Fast)?;
-        // Gives the CPU's words; reaches the driver untouched.
-        let (unoptimized, _) = run_rust_gpu(root, shaders, Variant::Exact)?;
-        let exact = exact::make(&unoptimized)
-            .with_context(|| format!("the exact module of {}", shaders.folder))?;
-        for (variant, how, words) in [
-            (Variant::Fast, "optimised freely by spirv-opt", fast),
-            (
-                Variant::Exact,
-                "division and square root corrected, every float operation NoContraction, then optimised; opcodes from an allow-list",
-                exact,
-            ),
-        ] {
-            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-            let file = format!("{}_{}.spv", shaders.name, variant.name());
-            modules.insert(
-                file.clone(),
-                Module {
-                    purpose: format!("{}: {how}", shaders.what),
-                    sha256: digest(&bytes),
-                    bytes: bytes.len() as u64,
-                    entry_points: entry_points.clone(),
-                },
-            );
-            files.insert(file, bytes);
+        for variant in [Variant::Fast, Variant::Exact] {
+            let folder = format!("{}_{}", shaders.name, variant.name());
+            for (entry_point, mut words) in run_rust_gpu(root, shaders, variant)? {
+                if let Variant::Exact = variant {
+                    words = exact::make(&words)
+                        .with_context(|| format!("the exact module of {entry_point}"))?;
+                }
+                let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+                let file = format!("{folder}/{entry_point}.spv");
+                modules.insert(
+                    file.clone(),
+                    Module {
+                        sha256: digest(&bytes),
+                        bytes: bytes.len() as u64,
+                    },
+                );
+                files.insert(file, bytes);
+            }
+            folders.insert(folder, format!("{}: {}", shaders.what, variant.describe()));
         }
     }
     let manifest = Manifest {
@@ -125,6 +121,7 @@ fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
             rust_gpu: RUST_GPU.to_string(),
             target: TARGET.to_string(),
         },
+        folders,
         modules,
         sources: source_digests(root)?,
     };
@@ -146,14 +143,27 @@ impl Variant {
             Variant::Exact => "exact",
         }
     }
+
+    /// How it is made.
+    fn describe(self) -> &'static str {
+        match self {
+            // For any backend, through naga too.
+            Variant::Fast => "optimised freely by spirv-opt",
+            // Gives the CPU's words; reaches the driver untouched.
+            Variant::Exact => {
+                "division and square root corrected, every float operation NoContraction, then optimised; opcodes from an allow-list"
+            }
+        }
+    }
 }
 
-/// Compiles a shader crate; gives the module's words and its entry points, sorted.
+/// Compiles a shader crate; gives the words of a module for each entry point:
+/// drivers read the whole module for every pipeline.
 fn run_rust_gpu(
     root: &Path,
     shaders: &Shaders,
     variant: Variant,
-) -> Result<(Vec<u32>, Vec<String>)> {
+) -> Result<BTreeMap<String, Vec<u32>>> {
     // Beside the builder's own target folder: both are worth caching.
     let target_folder = std::env::current_exe()?
         .ancestors()
@@ -163,6 +173,7 @@ fn run_rust_gpu(
         .join(variant.name());
     let mut spirv = SpirvBuilder::new(root.join(shaders.folder), TARGET)
         .deny_warnings(true)
+        .multimodule(true)
         .spirv_metadata(SpirvMetadata::None)
         .target_dir_path(target_folder);
     spirv.toolchain_overwrite = Some(NIGHTLY.to_string());
@@ -174,14 +185,15 @@ fn run_rust_gpu(
     let result = spirv
         .build()
         .with_context(|| format!("rust-gpu did not compile {}", shaders.folder))?;
-    let bytes = std::fs::read(result.module.unwrap_single())?;
-    let words = bytes
-        .chunks_exact(4)
-        .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
-        .collect();
-    let mut entry_points = result.entry_points.clone();
-    entry_points.sort();
-    Ok((words, entry_points))
+    let mut modules = BTreeMap::new();
+    for (entry_point, path) in result.module.unwrap_multi() {
+        let words = std::fs::read(path)?
+            .chunks_exact(4)
+            .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
+            .collect();
+        modules.insert(entry_point.clone(), words);
+    }
+    Ok(modules)
 }
 
 fn rustc_version() -> Result<String> {

@@ -69,18 +69,14 @@ pub struct Toolchain {
     pub target: String,
 }
 
-/// One compiled module.
+/// One compiled module: an entry point.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Module {
-    /// What it is for, and how it was made.
-    pub purpose: String,
     /// SHA-256 of the file, hexadecimal.
     pub sha256: String,
     /// Size of the file, bytes.
     pub bytes: u64,
-    /// Names of the entry points, sorted.
-    pub entry_points: Vec<String>,
 }
 
 /// What the compiled shaders were made of, and what they are.
@@ -89,7 +85,10 @@ pub struct Module {
 pub struct Manifest {
     /// The compilers.
     pub toolchain: Toolchain,
-    /// File name of each module in the shader folder.
+    /// What the modules of each folder in the shader folder are for, and how
+    /// they were made.
+    pub folders: BTreeMap<String, String>,
+    /// The file of each module, from the shader folder.
     pub modules: BTreeMap<String, Module>,
     /// Source, as a path from the root or as a part of a file, to SHA-256.
     pub sources: BTreeMap<String, String>,

@@ -4,7 +4,7 @@ mod shaders;
 mod timestamps;
 
 pub use relievo_bitwise::{Adapter, Module, Signature, adapters, choose};
-pub use shaders::{Choice, Shaders, signature};
+pub use shaders::{Choice, Shaders, canaries, signature};
 
 use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
 use crate::prepare::PreparedScene;
@@ -52,7 +52,8 @@ struct GpuObject {
 /// Pipelines, made when they are first needed; objects that need the same
 /// entry point share one.
 struct Pipelines {
-    module: wgpu::ShaderModule,
+    module: Module,
+    vertex: wgpu::ShaderModule,
     layout: wgpu::PipelineLayout,
     made: BTreeMap<&'static str, wgpu::RenderPipeline>,
 }
@@ -60,14 +61,20 @@ struct Pipelines {
 impl Pipelines {
     /// Makes the pipeline of a fragment shader that writes `targets` targets,
     /// unless it is there.
-    fn make(&mut self, device: &wgpu::Device, entry_point: &'static str, targets: usize) {
-        let Pipelines {
-            module,
-            layout,
-            made,
-        } = self;
-        made.entry(entry_point)
-            .or_insert_with(|| make_pipeline(device, layout, module, entry_point, targets));
+    fn make(
+        &mut self,
+        device: &Device,
+        entry_point: &'static str,
+        targets: usize,
+    ) -> Result<(), RenderError> {
+        if !self.made.contains_key(entry_point) {
+            let fragment = self.module.load(device, entry_point)?;
+            let modules = [&self.vertex, &fragment];
+            let pipeline =
+                make_pipeline(device.wgpu(), &self.layout, modules, entry_point, targets);
+            self.made.insert(entry_point, pipeline);
+        }
+        Ok(())
     }
 }
 
@@ -142,7 +149,6 @@ impl GpuRenderer {
             }
         }
 
-        let module = module.load(&opened)?;
         let layout = bind_group_layout(device);
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("relievo"),
@@ -150,7 +156,8 @@ impl GpuRenderer {
             immediate_size: 0,
         });
         let mut pipelines = Pipelines {
-            module,
+            vertex: module.load(&opened, shaders::VERTEX)?,
+            module: module.clone(),
             layout: pipeline_layout,
             made: BTreeMap::new(),
         };
@@ -196,7 +203,7 @@ impl GpuRenderer {
                 entries: &entries,
             });
             let color_entry_point = shaders::color_entry_point(&object.parameters);
-            pipelines.make(device, color_entry_point, 1);
+            pipelines.make(&opened, color_entry_point, 1)?;
             objects.push(GpuObject {
                 bindings,
                 vertices: 6 * object.triangles.len() as u32,
@@ -248,7 +255,8 @@ impl GpuRenderer {
         let device = self.device.wgpu();
         if geometry {
             for object in &self.objects {
-                self.pipelines.make(device, object.geometry_entry_point, 2);
+                self.pipelines
+                    .make(&self.device, object.geometry_entry_point, 2)?;
             }
         }
         let [width, height] = frame.size.map(|side| side as u32);
@@ -479,8 +487,8 @@ fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 fn make_pipeline(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,
-    module: &wgpu::ShaderModule,
-    fragment: &str,
+    [vertex, fragment]: [&wgpu::ShaderModule; 2],
+    entry_point: &str,
     targets: usize,
 ) -> wgpu::RenderPipeline {
     let target = Some(wgpu::ColorTargetState {
@@ -489,10 +497,10 @@ fn make_pipeline(
         write_mask: wgpu::ColorWrites::ALL,
     });
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(fragment),
+        label: Some(entry_point),
         layout: Some(layout),
         vertex: wgpu::VertexState {
-            module,
+            module: vertex,
             entry_point: Some(shaders::VERTEX),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[],
@@ -507,8 +515,8 @@ fn make_pipeline(
         }),
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
-            module,
-            entry_point: Some(fragment),
+            module: fragment,
+            entry_point: Some(entry_point),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             targets: &vec![target; targets],
         }),

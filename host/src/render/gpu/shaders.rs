@@ -6,23 +6,57 @@ use relievo_bitwise::{Canary, Device, Module, Runner, Signature};
 use relievo_kernel::canary::{self, MEANINGS};
 use relievo_kernel::{Kernel, for_each_canary, table};
 use relievo_shared::Vec3;
+use relievo_shared::for_each_kernel;
 use relievo_shared::layout::{Object, SEARCH_PAPER, SEARCH_RELIEF};
 use std::sync::LazyLock;
 
-/// The modules (see `assets/shaders/manifest.toml`).
-static EXACT: &[u8] = include_bytes!("../../../../assets/shaders/relievo_exact.spv");
-static FAST: &[u8] = include_bytes!("../../../../assets/shaders/relievo_fast.spv");
-static EXACT_KERNELS: &[u8] = include_bytes!("../../../../assets/shaders/kernels_exact.spv");
-static FAST_KERNELS: &[u8] = include_bytes!("../../../../assets/shaders/kernels_fast.spv");
+/// The files of one folder of `assets/shaders` (see the manifest there), one for
+/// each of the entry points.
+macro_rules! files {
+    ($folder:literal: $($entry_point:ident)*) => {
+        &[$(include_bytes!(concat!(
+            "../../../../assets/shaders/",
+            $folder,
+            "/",
+            stringify!($entry_point),
+            ".spv"
+        ))),*]
+    };
+}
+
+macro_rules! renderer {
+    ($folder:literal) => {
+        files!($folder: vertex
+            color_extrusion color_extrusion_shadow
+            color_relief color_relief_shadow
+            color_paper color_paper_shadow
+            geometry_extrusion geometry_relief geometry_paper)
+    };
+}
+
+/// The exact and the fast file of each kernel of a list.
+macro_rules! kernel_files {
+    ($($name:ident($($arguments:tt)*) -> $result:ty = $function:expr;)*) => {
+        (
+            files!("kernels_exact": $($name)*),
+            files!("kernels_fast": $($name)*),
+        )
+    };
+}
+
+type Files = &'static [&'static [u8]];
+static EXACT: Files = renderer!("relievo_exact");
+static FAST: Files = renderer!("relievo_fast");
+static KERNELS: (Files, Files) = for_each_kernel!(kernel_files);
+static CANARY_KERNELS: (Files, Files) = for_each_canary!(kernel_files);
 
 /// The entry point of every vertex stage.
 pub(super) const VERTEX: &str = "vertex";
 
-/// What is asked of a device before it is trusted with the exact shaders.
+/// Every canary, with its meaning.
 static CANARIES: LazyLock<Vec<Canary>> = LazyLock::new(|| {
-    const KERNELS: &[Kernel] = for_each_canary!(table);
-    KERNELS
-        .iter()
+    const LIST: &[Kernel] = for_each_canary!(table);
+    LIST.iter()
         .zip(MEANINGS)
         .map(|(&kernel, meaning)| Canary {
             kernel,
@@ -64,9 +98,9 @@ impl Shaders {
     /// The renderer's module.
     ///
     /// # Errors
-    /// [`RenderError::Device`] where the file built in is no module.
+    /// [`RenderError::Device`] where a file built in is no module.
     pub fn module(self) -> Result<Module, RenderError> {
-        self.choose(EXACT, FAST)
+        self.choose((EXACT, FAST))
     }
 
     /// The module of the functions that are compared one by one.
@@ -74,10 +108,10 @@ impl Shaders {
     /// # Errors
     /// As [`Shaders::module`].
     pub fn kernels(self) -> Result<Module, RenderError> {
-        self.choose(EXACT_KERNELS, FAST_KERNELS)
+        self.choose(KERNELS)
     }
 
-    fn choose(self, exact: &[u8], fast: &[u8]) -> Result<Module, RenderError> {
+    fn choose(self, (exact, fast): (Files, Files)) -> Result<Module, RenderError> {
         // SAFETY: the builder has validated the modules, and `shared` keeps
         // its indices within the buffers that the host binds.
         Ok(unsafe {
@@ -124,12 +158,18 @@ fn trusted(signature: &Signature) -> Shaders {
     }
 }
 
+/// What is asked of a device before it is trusted with the exact shaders.
+pub fn canaries() -> &'static [Canary] {
+    &CANARIES
+}
+
 /// Runs the canaries, with the exact module, on `device`.
 ///
 /// # Errors
 /// [`RenderError::Device`] where it takes no SPIR-V or fails.
 pub fn signature(device: &Device) -> Result<Signature, RenderError> {
-    let mut runner = Runner::new(device, &Shaders::Exact.kernels()?)?;
+    let module = Shaders::Exact.choose(CANARY_KERNELS)?;
+    let mut runner = Runner::new(device, &module)?;
     Ok(Signature::take(&mut runner, &CANARIES)?)
 }
 
