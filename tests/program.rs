@@ -479,6 +479,44 @@ fn an_adapter_that_is_not_there_is_the_machines_fault() {
 }
 
 #[test]
+fn gpu_verify_reports_functions_and_pictures_of_every_adapter() {
+    let desk = Desk::new();
+    desk.write("scene.toml", torus(""));
+    let arguments = "verify scene.toml --size 32x24 --inputs 640 --all-adapters";
+    let json = desk.run(&format!("{arguments} --json")).done().stdout;
+    let report: serde_json::Value = serde_json::from_str(&json).unwrap();
+    let adapters = report["adapters"].as_array().unwrap();
+    assert!(!adapters.is_empty());
+    for adapter in adapters {
+        assert!(!adapter["driver"].as_str().unwrap().is_empty());
+        for module in adapter["modules"].as_array().unwrap() {
+            if module["promises"] == true {
+                assert_eq!(module["different"], 0, "{module}");
+                assert!(adapter["canaries"].as_array().unwrap().len() > 5);
+            }
+            let kernels = module["kernels"].as_array().unwrap();
+            let divide = kernels.iter().find(|kernel| kernel["name"] == "divide");
+            assert_eq!(divide.unwrap()["words"], 640);
+            let picture = &module["pictures"][0];
+            assert_eq!(picture["size"], serde_json::json!([32, 24]));
+            assert_eq!(picture["color"]["words"], 32 * 24 * 4);
+            assert_eq!(picture["geometry"]["words"], 32 * 24 * 8);
+        }
+    }
+    // The same for a person.
+    let text = desk.run(arguments).done().stdout;
+    for part in [
+        "canaries",
+        "divide: ",
+        "scene.toml, 32 × 24: ",
+        "geometry: ",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    desk.fails("verify --inputs 0", 1, "nothing to compare | --inputs");
+}
+
+#[test]
 fn aovs_hold_what_was_hit_and_where_it_came_from() {
     let desk = Desk::new();
     let camera = "[camera]\neye = [0.0, 2.3, 3.4]\ntarget = [0.0, -0.08, 0.0]\nfov = 38.0\n";
@@ -733,7 +771,10 @@ fn wrong_usage_ends_with_code_2() {
         ),
         ("render", "<SCENE> | Usage"),
         ("paint", "paint | --help"),
-        ("verify", "<SCENES> | Usage"),
+        (
+            "verify scene.toml --adapter a --all-adapters",
+            "--adapter | --all-adapters",
+        ),
         ("verify scene.toml --shaders best", "--shaders | portable"),
         ("bench scene scene.toml --frames 0", "--frames"),
     ] {

@@ -24,6 +24,9 @@ struct Tested {
 }
 
 pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
+    if arguments.scenes.is_empty() && arguments.inputs == 0 {
+        bail!("nothing to compare; name a scene, or ask for functions with --inputs N");
+    }
     let bar = Bar::new();
     let mut tested = tested(arguments)?;
     let mut recorded = Recorded::new();

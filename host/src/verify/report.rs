@@ -335,3 +335,58 @@ impl Counts {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::render::{ColorWords, GeometryWords};
+    use crate::verify::compare;
+
+    #[test]
+    fn what_differs_is_shown_with_its_place_and_distance() {
+        let one = 1f32.to_bits();
+        let cpu = ColorWords {
+            width: 2,
+            height: 1,
+            words: vec![[one; 4]; 2],
+        };
+        let mut gpu = cpu.clone();
+        gpu.words[1][1] += 3;
+        let geometry = GeometryWords {
+            width: 2,
+            height: 1,
+            place: vec![[one; 4]; 2],
+            surface: vec![[one; 4]; 2],
+        };
+        let mut module = ModuleReport::new(Shaders::Exact);
+        let agreement = compare([&gpu, &cpu], [&geometry, &geometry]);
+        module.add_picture("scene.toml".to_string(), &agreement);
+        let mut kernel = Tally::default();
+        kernel.add(17, &[one], &[one], &[one + 1]);
+        module.add_kernel("root", &kernel);
+        assert_eq!((module.words, module.different), (25, 2));
+        let report = Report {
+            adapters: vec![AdapterReport {
+                name: "a device".to_string(),
+                backend: "vulkan".to_string(),
+                driver: "a driver".to_string(),
+                software: true,
+                canaries: Vec::new(),
+                exact: true,
+                modules: vec![module],
+            }],
+        };
+        assert_eq!(report.broken(), ["a device"]);
+        let text = report.to_string();
+        for part in [
+            "exact shaders: 2 of 25 words differ",
+            "root: 1 of 1 words differ; ULP ≤ 1: 1",
+            "input 17, word 0: GPU 3f800000 = 1e0, CPU 3f800001 = 1.0000001e0, 1 ULP; input [3f800000 = 1e0]",
+            "scene.toml, 2 × 1: 1 pixels differ in colour, 0 in class",
+            "(1, 0) green: GPU 3f800003",
+            "3 ULP",
+        ] {
+            assert!(text.contains(part), "{part}\n{text}");
+        }
+    }
+}
