@@ -140,18 +140,18 @@ impl Choice {
         match self {
             Choice::These(shaders) => Ok(shaders),
             Choice::Trusted if !device.takes_spirv() => Ok(Shaders::Portable),
-            Choice::Trusted => Ok(trusted(&signature(device)?)),
+            Choice::Trusted => Ok(trusted(device.describe(), &signature(device)?)),
         }
     }
 }
 
-/// The shaders for a device of this signature that takes SPIR-V.
-fn trusted(signature: &Signature) -> Shaders {
+/// The shaders for a device of this name and signature that takes SPIR-V.
+fn trusted(device: &str, signature: &Signature) -> Shaders {
     if signature.is_exact() {
         Shaders::Exact
     } else {
         tracing::warn!(
-            "this device fails the canaries ({}): its words may differ from the CPU's, and the fast shaders are used",
+            "{device} is not exact, its words may differ from the CPU's, and the fast shaders are used: {}",
             signature.describe()
         );
         Shaders::Fast
@@ -221,8 +221,11 @@ mod tests {
                 })
                 .collect(),
         };
-        assert_eq!(trusted(&signature("")), Shaders::Exact);
-        assert_eq!(trusted(&signature("denormal")), Shaders::Exact);
-        assert_eq!(trusted(&signature("multiply_add")), Shaders::Fast);
+        assert_eq!(trusted("a device", &signature("")), Shaders::Exact);
+        assert_eq!(trusted("a device", &signature("denormal")), Shaders::Exact);
+        assert_eq!(
+            trusted("a device", &signature("multiply_add")),
+            Shaders::Fast
+        );
     }
 }
