@@ -3,7 +3,7 @@
 //!
 //! Division and square root stand here and nowhere else in this crate. On the
 //! CPU they are the native ones. In the exact shaders (feature `corrected`)
-//! the device's are estimates that [`crate::rounding`] corrects; in the fast
+//! the device's are estimates that `rounding` corrects; in the fast
 //! shaders they are the device's own.
 
 #[cfg(feature = "corrected")]

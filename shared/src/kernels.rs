@@ -150,8 +150,8 @@ fn noise_object(choice: u32) -> Object {
         map_bias: if kind == 0 { 64 } else { 0x4000 },
         map_packing: if kind == 0 { 2 } else { 1 },
         map_format: FORMAT_CODES,
-        linear_steps: 24,
-        binary_steps: 6,
+        linear_steps: 12,
+        binary_steps: 4,
         tier: TIER_FAST,
         ..Object::default()
     }
