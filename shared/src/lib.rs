@@ -14,6 +14,7 @@
 //! facet         ray + triangle → weights, distance
 //! surface       weights → normal, tangent frame, quadric, uv
 //! path          surface + ray → where the ray is at s, in uv and depth (the tier)
+//! prism         triangle → curved shell, and the search in it (the accurate tier)
 //! profile       depth → radius by which the pattern is grown (the technique)
 //! shape_map     uv → distance to the pattern
 //! march         path × profile × shape map → hit; relief, paper: baselines
@@ -48,6 +49,7 @@ pub mod march;
 pub mod normals;
 pub mod paper;
 pub mod path;
+pub mod prism;
 pub mod profile;
 pub mod relief;
 #[cfg(not(feature = "double"))]

@@ -87,7 +87,7 @@ mod tests {
     #[test]
     fn two_runs_make_the_same_bytes() {
         let (first, second) = (generate().unwrap(), generate().unwrap());
-        assert_eq!(first.len(), 11);
+        assert_eq!(first.len(), 13);
         for (a, b) in first.iter().zip(&second) {
             assert_eq!(a.path, b.path);
             assert!(a.bytes == b.bytes, "{} differs between two runs", a.path);

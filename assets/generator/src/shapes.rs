@@ -1,4 +1,5 @@
-//! The meshes: torus, sphere, cylinder, plane and a smooth organic shape.
+//! The meshes: torus, sphere, cylinder, plane, ellipsoid, saddle and a smooth
+//! organic shape.
 //!
 //! All have y up, u to the right and v up when seen from outside, so that
 //! ∂p/∂u × ∂p/∂v points out and images are not mirrored.
@@ -11,7 +12,15 @@ use crate::mesh::{Corner, Mesh};
 
 /// All meshes.
 pub fn all() -> Vec<Mesh> {
-    vec![torus(), sphere(), cylinder(), plane(), blob()]
+    vec![
+        torus(),
+        sphere(),
+        cylinder(),
+        plane(),
+        ellipsoid(),
+        saddle(),
+        blob(),
+    ]
 }
 
 /// A point of a surface: position and outward unit normal.
@@ -188,6 +197,47 @@ fn sphere() -> Mesh {
     )
 }
 
+/// Half the width, height and length of the ellipsoid.
+const ELLIPSOID_AXES: DVec3 = DVec3::new(1.2, 0.8, 1.0);
+
+/// The unit sphere, texture included, stretched along the axes.
+fn ellipsoid() -> Mesh {
+    star_shaped(
+        "ellipsoid",
+        "Ellipsoid, half axes 1.2, 0.8, 1, 40 slices, 24 stacks",
+        (40, 24),
+        |direction| {
+            (
+                direction * ELLIPSOID_AXES,
+                (direction / ELLIPSOID_AXES).normalize(),
+            )
+        },
+    )
+}
+
+/// Height of the saddle over x² − z².
+const SADDLE_RISE: f64 = 0.3;
+
+/// The surface y = 0.3 (x² − z²) over a square; u runs along +x, v along −z.
+fn saddle() -> Mesh {
+    const SIDE: f64 = 2.0;
+    Grid {
+        name: "saddle",
+        description: "Saddle y = 0.3 (x² − z²) over a square of side 2",
+        quads: (24, 24),
+        closed: (false, false),
+    }
+    .mesh(|uv| {
+        let offset = (uv - 0.5) * SIDE;
+        let (x, z) = (offset.x, -offset.y);
+        let normal = DVec3::new(-2.0 * SADDLE_RISE * x, 1.0, 2.0 * SADDLE_RISE * z);
+        (
+            DVec3::new(x, SADDLE_RISE * (x * x - z * z), z),
+            normal.normalize(),
+        )
+    })
+}
+
 /// Radius of the blob without its lobes.
 const BLOB_RADIUS: f64 = 0.9;
 
@@ -271,6 +321,8 @@ mod tests {
             ("sphere", 1216, 32 * 19 + 2, 33 * 19 + 64),
             ("cylinder", 384, 48 * 5, 49 * 5),
             ("plane", 8, 9, 9),
+            ("ellipsoid", 1840, 40 * 23 + 2, 41 * 23 + 80),
+            ("saddle", 1152, 25 * 25, 25 * 25),
             ("blob", 6768, 72 * 47 + 2, 73 * 47 + 144),
         ];
         let meshes = all();
@@ -293,6 +345,7 @@ mod tests {
             let borders = match mesh.name {
                 "cylinder" => 2 * 48,
                 "plane" => 8,
+                "saddle" => 4 * 24,
                 _ => 0,
             };
             let edges = edges(&mesh);
@@ -315,8 +368,8 @@ mod tests {
                 };
                 let ((uv_a, uv_b), (other_b, other_a)) = (uses[0], others[0]);
                 for (this, other) in [(uv_a, other_a), (uv_b, other_b)] {
-                    let pole =
-                        ["sphere", "blob"].contains(&mesh.name) && [0.0, 1.0].contains(&this.y);
+                    let pole = ["sphere", "ellipsoid", "blob"].contains(&mesh.name)
+                        && [0.0, 1.0].contains(&this.y);
                     let jump = this - other;
                     assert!(
                         pole || jump.distance(jump.round()) < 1e-12,
@@ -366,10 +419,11 @@ mod tests {
     /// Volume by the divergence theorem: positive only if faces look out.
     #[test]
     fn closed_meshes_enclose_the_volume_they_should() {
-        // (name, least and greatest volume); exact: 2π²·0.4² = 3.158, 4π/3 = 4.189.
+        // (name, least and greatest volume); exact: 2π²·0.4² = 3.158, 4π/3 = 4.189, 0.96 · 4π/3 = 4.021.
         for (name, least, greatest) in [
             ("torus", 3.08, 3.158),
             ("sphere", 4.10, 4.189),
+            ("ellipsoid", 3.95, 4.022),
             ("blob", 2.6, 2.9),
         ] {
             let mesh = all().into_iter().find(|mesh| mesh.name == name).unwrap();
@@ -397,6 +451,16 @@ mod tests {
                     }
                     "sphere" => (p.length() - 1.0, *p),
                     "cylinder" => ((axial.length() - 1.0).max(p.y.abs() - 1.5), axial),
+                    "ellipsoid" => {
+                        let unit = *p / ELLIPSOID_AXES;
+                        let outwards = unit / ELLIPSOID_AXES;
+                        (unit.length() - 1.0, outwards.normalize())
+                    }
+                    "saddle" => {
+                        let height = SADDLE_RISE * (p.x * p.x - p.z * p.z);
+                        let slope = DVec3::new(-p.x, 0.0, p.z) * (2.0 * SADDLE_RISE);
+                        (p.y - height, (DVec3::Y + slope).normalize())
+                    }
                     "plane" => (p.y.abs().max(p.abs().max_element() - 1.0), DVec3::Y),
                     _ => continue,
                 };

@@ -1,5 +1,6 @@
 //! What the user types, what the program says, and with which exit code.
 
+mod accuracy;
 mod bake;
 mod bench;
 mod gallery;
@@ -43,6 +44,8 @@ enum Command {
     Info(InfoArguments),
     /// Compare the GPU's words with the CPU's: functions one by one, and pictures of scenes
     Verify(VerifyArguments),
+    /// Say how far the pictures of scenes are from the truth: holes, extra pixels, distances
+    Accuracy(AccuracyArguments),
     /// Measure how long frames take
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -166,6 +169,35 @@ struct VerifyArguments {
     shaders: ShaderChoice,
 }
 
+/// What knows the truth.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Against {
+    /// The closed form of the surface that the mesh approximates
+    Analytic,
+    /// The mesh itself as curved prisms, in double precision
+    Mesh,
+}
+
+#[derive(Args)]
+struct AccuracyArguments {
+    /// The scenes
+    #[arg(required = true)]
+    scenes: Vec<PathBuf>,
+    /// What knows the truth
+    #[arg(long, value_enum, default_value_t = Against::Analytic)]
+    against: Against,
+    /// Write accuracy.json, and for each scene a picture of its errors, into this folder:
+    /// holes red, inside the outline purple, extra pixels blue, another kind of surface yellow
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Size of the pictures, in place of the scenes'
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// What renders
+    #[arg(long, value_enum, default_value_t = Backend::Auto)]
+    backend: Backend,
+}
+
 #[derive(Subcommand)]
 enum BenchCommand {
     /// Time one frame of scenes on CPU and GPU, in turn
@@ -264,6 +296,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
+        Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
         Command::Bench(BenchCommand::Exactness(arguments)) => bench::exactness(&arguments),
         Command::Bench(BenchCommand::Table1(arguments)) => {

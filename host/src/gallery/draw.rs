@@ -2,11 +2,11 @@
 
 use super::page::{self, Drawn};
 use super::scene::{relative, scene_text};
-use super::truth::{error_picture, truth_picture};
+use super::truth::truth_picture;
 use super::{Figure, Model, Panel, Show};
 use crate::Error;
 use crate::file::write_bytes;
-use crate::oracle::{Accuracy, TorusOracle};
+use crate::oracle::{Accuracy, AnalyticOracle, Torus, Truth};
 use crate::overlay::draw_mesh;
 use crate::picture::Picture;
 use crate::prepare::{PreparedScene, prepare};
@@ -18,6 +18,12 @@ use std::time::{Duration, Instant};
 
 /// The ink of the polygon mesh.
 const MESH_COLOR: Color = Color::from_hex(0x10_1418);
+
+/// What [`Model::Torus`] approximates.
+const TORUS: Torus = Torus {
+    major: 1.0,
+    minor: 0.4,
+};
 
 /// What a gallery is made of.
 #[derive(Clone, Debug)]
@@ -133,15 +139,11 @@ fn draw(
     let time = start.elapsed();
     let words = renderer.geometry(&prepared.frame)?;
 
-    let oracle = (panel.subject.model == Model::Torus).then(|| TorusOracle {
-        map: &prepared.objects[0].map,
-        repeat: panel.subject.repeat,
-        depth: panel.subject.depth,
-        extrusion: panel.subject.extrusion,
-    });
+    let oracle = (panel.subject.model == Model::Torus)
+        .then(|| AnalyticOracle::new(&TORUS, &scene.objects[0], &prepared.objects[0]));
     let truth = oracle
         .as_ref()
-        .map(|oracle| oracle.truth(DVec3::from(prepared.camera.eye), &prepared.frame));
+        .map(|oracle| Truth::of(oracle, DVec3::from(prepared.camera.eye), &prepared.frame));
 
     let picture = match panel.way.show {
         Show::Picture => Picture::develop(&colors, factor)?,
@@ -156,7 +158,7 @@ fn draw(
         }
         Show::Errors => {
             let truth = truth.as_ref().expect("an oracle knows the torus only");
-            error_picture(truth, &words)
+            truth.picture(&words)
         }
     };
     let software = concat!("relievo ", env!("CARGO_PKG_VERSION"));

@@ -349,7 +349,8 @@ pub const FIGURES: &[Figure] = &[
         number: 16,
         title: "Holes and distortions",
         caption: "The truth is drawn from the torus's closed form. In the error pictures red \
-                  is a hole, blue is extra, and yellow is another kind of surface than there is.",
+                  is a hole, purple one inside the outline, blue is extra, and yellow is another \
+                  kind of surface than there is.",
         ways: &[
             PAPER,
             FAST,

@@ -194,8 +194,10 @@ mod tests {
                 holes: 1_234,
                 interior_holes: 56,
                 extra: 7,
+                distance_rmse: 0.0,
                 distance_p99: 0.0,
                 class_errors: 0.0,
+                confusion: [[0; 4]; 4],
             }),
         };
         let measured = |panel| Drawn {

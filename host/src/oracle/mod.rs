@@ -4,19 +4,63 @@
 //! An oracle shares no marching code with the renderers, only the definition of
 //! the pattern's edge: the zero set of the bilinear interpolation of the shape map.
 
+mod analytic;
+mod ellipsoid;
+mod flat;
+mod known;
+mod mesh;
+mod report;
+mod saddle;
+mod shape;
+mod sphere;
 mod torus;
 
-pub use torus::TorusOracle;
+pub use analytic::{AnalyticOracle, Placement};
+pub use ellipsoid::Ellipsoid;
+pub use flat::{Cylinder, Plane};
+pub use known::{KNOWN, UnknownShape};
+pub use mesh::{MeshOracle, PrismSample};
+pub use report::SceneReport;
+pub use saddle::Saddle;
+pub use shape::{Foot, Metric, Shape};
+pub use sphere::Sphere;
+pub use torus::Torus;
 
+use crate::picture::Picture;
 use crate::render::GeometryWords;
-use relievo_shared::normals::{CLASS_BEVEL, CLASS_MISS, CLASS_WALL};
+use crate::scene::Color;
+use glam::DVec3;
+use rayon::prelude::*;
+use relievo_shared::layout::Frame;
+use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
+
+/// Something that knows what a ray really meets.
+pub trait Oracle: Sync {
+    /// The first hit on the ray from `eye` (world units) along the unit vector
+    /// `direction`.
+    fn trace(&self, eye: DVec3, direction: DVec3) -> Sample;
+}
+
+/// Several objects, each with its own oracle: the nearest hit of all.
+pub struct Nearest<'a>(pub Vec<Box<dyn Oracle + 'a>>);
+
+impl Oracle for Nearest<'_> {
+    fn trace(&self, eye: DVec3, direction: DVec3) -> Sample {
+        self.0
+            .iter()
+            .map(|oracle| oracle.trace(eye, direction))
+            .filter(|sample| sample.is_hit())
+            .min_by(|a, b| a.t.total_cmp(&b.t))
+            .unwrap_or(Sample::MISS)
+    }
+}
 
 /// What a ray really meets first.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// `CLASS_MISS`, `CLASS_CAP`, `CLASS_WALL` for a side of any slope, or `CLASS_FLOOR`.
     pub class: u32,
-    /// Distance from the eye, object units; 0 for a miss.
+    /// Distance from the eye, world units; 0 for a miss.
     pub t: f64,
 }
 
@@ -53,14 +97,29 @@ pub enum Verdict {
     Same,
     /// Another class of surface was found.
     OtherClass,
-    /// Something is there and was not found.
+    /// Something is there, at the edge of it, and was not found.
     Hole,
+    /// The same more than one pixel inside the truth's outline.
+    InteriorHole,
     /// Nothing is there, and something was found.
     Extra,
 }
 
+/// What [`Accuracy::confusion`] counts; an oracle does not tell bevels from walls.
+pub const CLASS_NAMES: [&str; 4] = ["miss", "cap", "side", "floor"];
+
+/// Number of `class` in [`CLASS_NAMES`].
+fn class_index(class: u32) -> usize {
+    match class {
+        CLASS_MISS => 0,
+        CLASS_CAP => 1,
+        CLASS_FLOOR => 3,
+        _ => 2,
+    }
+}
+
 /// How well a rendering agrees with an oracle.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Accuracy {
     /// Pixels hit in both, over pixels hit in either; 1 where there are none.
     pub silhouette_iou: f64,
@@ -70,13 +129,32 @@ pub struct Accuracy {
     pub interior_holes: usize,
     /// Pixels that the rendering hits and the oracle misses.
     pub extra: usize,
-    /// 99th percentile of the error of t, object units, where both hit.
+    /// Root of the mean square of the error of t, world units, where both hit.
+    pub distance_rmse: f64,
+    /// 99th percentile of the error of t, world units, where both hit.
     pub distance_p99: f64,
     /// Share of the pixels hit in both whose class differs.
     pub class_errors: f64,
+    /// Number of pixels by the oracle's class (row) and the rendering's (column),
+    /// in the order of [`CLASS_NAMES`].
+    pub confusion: [[usize; 4]; 4],
 }
 
 impl Truth {
+    /// What each ray of `frame` really meets, seen from `eye` (world units).
+    pub fn of(oracle: &dyn Oracle, eye: DVec3, frame: &Frame) -> Truth {
+        let [width, height] = frame.size.map(|side| side as usize);
+        let samples = (0..width * height)
+            .into_par_iter()
+            .map(|i| oracle.trace(eye, ray(frame, i % width, i / width)))
+            .collect();
+        Truth {
+            width,
+            height,
+            samples,
+        }
+    }
+
     /// Compares each pixel of a rendering of the same frame with the truth.
     ///
     /// # Panics
@@ -86,24 +164,17 @@ impl Truth {
             (self.width, self.height),
             (words.width as usize, words.height as usize)
         );
-        // The oracle does not tell bevels from walls.
-        let side = |class| {
-            if class == CLASS_BEVEL {
-                CLASS_WALL
-            } else {
-                class
-            }
-        };
         self.samples
             .iter()
             .enumerate()
             .map(|(i, sample)| {
-                let found = side(words.class(i));
-                match (sample.is_hit(), found != CLASS_MISS) {
+                let [there, found] = [sample.class, words.class(i)].map(class_index);
+                match (there != 0, found != 0) {
                     (false, false) => Verdict::Nothing,
                     (false, true) => Verdict::Extra,
+                    (true, false) if self.is_interior(i) => Verdict::InteriorHole,
                     (true, false) => Verdict::Hole,
-                    (true, true) if sample.class == found => Verdict::Same,
+                    (true, true) if there == found => Verdict::Same,
                     (true, true) => Verdict::OtherClass,
                 }
             })
@@ -117,21 +188,25 @@ impl Truth {
     pub fn judge(&self, words: &GeometryWords) -> Accuracy {
         let verdicts = self.verdicts(words);
         let count = |wanted| verdicts.iter().filter(|found| **found == wanted).count();
-        let [same, other, holes, extra] = [
+        let [same, other, edge_holes, interior_holes, extra] = [
             Verdict::Same,
             Verdict::OtherClass,
             Verdict::Hole,
+            Verdict::InteriorHole,
             Verdict::Extra,
         ]
         .map(count);
-        let interior_holes = (0..verdicts.len())
-            .filter(|&i| verdicts[i] == Verdict::Hole && self.is_interior(i))
-            .count();
+        let holes = edge_holes + interior_holes;
         let mut errors: Vec<f64> = (0..verdicts.len())
             .filter(|&i| matches!(verdicts[i], Verdict::Same | Verdict::OtherClass))
             .map(|i| (self.samples[i].t - f64::from(f32::from_bits(words.place[i][0]))).abs())
             .collect();
         errors.sort_by(f64::total_cmp);
+        let squares: f64 = errors.iter().map(|error| error * error).sum();
+        let mut confusion = [[0; 4]; 4];
+        for (i, sample) in self.samples.iter().enumerate() {
+            confusion[class_index(sample.class)][class_index(words.class(i))] += 1;
+        }
         let both = same + other;
         let either = both + holes + extra;
         Accuracy {
@@ -143,8 +218,31 @@ impl Truth {
             holes,
             interior_holes,
             extra,
+            distance_rmse: (squares / both.max(1) as f64).sqrt(),
             distance_p99: errors.get(errors.len() * 99 / 100).copied().unwrap_or(0.0),
             class_errors: other as f64 / both.max(1) as f64,
+            confusion,
+        }
+    }
+
+    /// Where `words` differ from the truth: holes red, inside the outline purple,
+    /// what is too much blue, another class yellow, and what is right in greys
+    /// by class.
+    ///
+    /// # Panics
+    /// If `words` have another size.
+    pub fn picture(&self, words: &GeometryWords) -> Picture {
+        let bytes = self
+            .verdicts(words)
+            .into_iter()
+            .zip(&self.samples)
+            .flat_map(|(verdict, sample)| color_of(verdict, *sample).0)
+            .map(|channel| (255.0 * channel).round() as u8)
+            .collect();
+        Picture {
+            width: words.width,
+            height: words.height,
+            bytes,
         }
     }
 
@@ -158,10 +256,51 @@ impl Truth {
     }
 }
 
+fn color_of(verdict: Verdict, sample: Sample) -> Color {
+    Color::from_hex(match verdict {
+        Verdict::Hole => 0xd4_1f26,
+        Verdict::InteriorHole => 0x8a_1fb4,
+        Verdict::Extra => 0x1f_5fd4,
+        Verdict::OtherClass => 0xf0_b400,
+        Verdict::Nothing | Verdict::Same => match sample.class {
+            CLASS_MISS => 0xff_ffff,
+            CLASS_CAP => 0xd6_d9dd,
+            CLASS_FLOOR => 0x9a_a1a9,
+            _ => 0xb8_bdc4,
+        },
+    })
+}
+
+/// Unit direction through the centre of pixel (`x`, `y`) of `frame`.
+fn ray(frame: &Frame, x: usize, y: usize) -> DVec3 {
+    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let raw =
+        wide(frame.ray_first) + wide(frame.ray_right) * x as f64 + wide(frame.ray_down) * y as f64;
+    raw.normalize()
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR};
+    use relievo_shared::normals::CLASS_BEVEL;
+
+    struct Always(Sample);
+
+    impl Oracle for Always {
+        fn trace(&self, _: DVec3, _: DVec3) -> Sample {
+            self.0
+        }
+    }
+
+    #[test]
+    fn the_nearest_of_several_objects_is_met() {
+        let at = |class, t| Box::new(Always(Sample { class, t })) as Box<dyn Oracle>;
+        let miss = || Box::new(Always(Sample::MISS)) as Box<dyn Oracle>;
+        let trace = |oracles| Nearest(oracles).trace(DVec3::ZERO, DVec3::X);
+        let near = trace(vec![at(CLASS_CAP, 3.0), miss(), at(CLASS_FLOOR, 2.0)]);
+        assert_eq!((near.class, near.t), (CLASS_FLOOR, 2.0));
+        assert_eq!(trace(vec![miss(), miss()]), Sample::MISS);
+    }
 
     /// A 4 × 4 picture that is hit everywhere but in its last column.
     #[test]
@@ -204,5 +343,15 @@ mod tests {
         assert_eq!(wrong.silhouette_iou, 10.0 / 13.0);
         assert_eq!(wrong.class_errors, 0.1);
         assert_eq!(wrong.distance_p99, 0.5);
+        // Ten pixels are hit in both; one of them is off by a half.
+        assert_eq!(wrong.distance_rmse, (0.25f64 / 10.0).sqrt());
+        let none = [0; 4];
+        assert_eq!(wrong.confusion, [[3, 0, 0, 1], [2, 9, 1, 0], none, none]);
+
+        let pixel = |i: usize| truth.picture(&words).bytes[3 * i..3 * i + 3].to_vec();
+        let colors = [0, 5, 3, 8, 1, 7].map(pixel);
+        for (i, color) in colors.iter().enumerate() {
+            assert!(!colors[..i].contains(color), "{colors:?}");
+        }
     }
 }

@@ -1,0 +1,282 @@
+//! Carved surfaces of a known shape, traced in f64 by steps that cannot skip.
+
+use super::shape::{Foot, Shape};
+use super::{Oracle, Sample};
+use crate::prepare::PreparedObject;
+use crate::scene::{Extrusion, SceneObject};
+use crate::shape_map::ShapeMap;
+use glam::{DQuat, DVec2, DVec3, EulerRot};
+use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
+use std::f64::consts::SQRT_2;
+
+/// The shortest steps outside and inside the shell, object units: only what is
+/// thinner can be missed.
+const LEAST_OUTSIDE: f64 = 1e-6;
+const LEAST_INSIDE: f64 = 1e-5;
+
+/// Where an object stands: scaled, then rotated, then moved.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Placement {
+    /// World units per object unit, above 0.
+    pub scale: f64,
+    /// From object space to world space.
+    pub rotation: DQuat,
+    /// World units.
+    pub translation: DVec3,
+}
+
+impl Placement {
+    /// Where the object's own space is the world.
+    pub const NONE: Placement = Placement {
+        scale: 1.0,
+        rotation: DQuat::IDENTITY,
+        translation: DVec3::ZERO,
+    };
+
+    /// As a scene places its object.
+    pub fn of(object: &SceneObject) -> Placement {
+        let [x, y, z] = object.rotate.map(f64::to_radians);
+        Placement {
+            scale: object.scale,
+            rotation: DQuat::from_euler(EulerRot::ZYX, z, y, x),
+            translation: DVec3::from(object.translate),
+        }
+    }
+
+    /// A point of the world in object space.
+    pub fn point(&self, world: DVec3) -> DVec3 {
+        self.direction(world - self.translation) / self.scale
+    }
+
+    /// A unit direction of the world in object space.
+    pub fn direction(&self, world: DVec3) -> DVec3 {
+        self.rotation.inverse() * world
+    }
+}
+
+/// A carved surface of a known shape.
+///
+/// The solid lies between the surface's borders where δ ≥ 1 (unless it is cut
+/// out) and where 0 ≤ δ < 1 and g ≤ 0. It is seen from its outside only, as
+/// renderers draw it: a ray that has come below the floor, through a cut-out or
+/// past a border, meets nothing until it is outside the surface again.
+pub struct AnalyticOracle<'a> {
+    /// The surface.
+    pub shape: &'a dyn Shape,
+    /// Where it stands.
+    pub placement: Placement,
+    /// The pattern.
+    pub map: &'a ShapeMap,
+    /// Repeats along u and v; whole numbers where they are closed.
+    pub repeat: [f64; 2],
+    /// S_z, world units; less than the shape's largest depth times the scale.
+    pub depth: f64,
+    /// How the pattern grows with the depth.
+    pub extrusion: Extrusion,
+    /// No floor.
+    pub cut_out: bool,
+}
+
+impl Oracle for AnalyticOracle<'_> {
+    fn trace(&self, eye: DVec3, direction: DVec3) -> Sample {
+        let ray = Ray {
+            eye: self.placement.point(eye),
+            direction: self.placement.direction(direction),
+        };
+        match self.first_solid(&ray) {
+            Some((before, t)) => self.refine(&ray, before, t),
+            None => Sample::MISS,
+        }
+    }
+}
+
+/// A ray in object space, its direction of length 1.
+struct Ray {
+    eye: DVec3,
+    direction: DVec3,
+}
+
+impl Ray {
+    fn at(&self, t: f64) -> DVec3 {
+        self.eye + self.direction * t
+    }
+
+    /// Where the ray is in the ball of `radius` around the origin, from t ≥ 0.
+    fn within(&self, radius: f64) -> Option<(f64, f64)> {
+        let middle = -self.eye.dot(self.direction);
+        let off = self.at(middle).length_squared();
+        let half = (radius * radius - off).max(0.0).sqrt();
+        (half > 0.0 && middle + half > 0.0).then(|| ((middle - half).max(0.0), middle + half))
+    }
+}
+
+impl<'a> AnalyticOracle<'a> {
+    /// The carved surface `shape` in place of the mesh of a scene's object.
+    pub fn new(shape: &'a dyn Shape, object: &SceneObject, prepared: &'a PreparedObject) -> Self {
+        let parameters = &prepared.parameters;
+        Self {
+            shape,
+            placement: Placement::of(object),
+            map: &prepared.map,
+            repeat: object.repeat,
+            depth: f64::from(parameters.depth),
+            extrusion: Extrusion {
+                extension: f64::from(parameters.extension),
+                bevel: f64::from(parameters.bevel),
+                chamfer: f64::from(parameters.chamfer),
+            },
+            cut_out: object.cut_out,
+        }
+    }
+
+    /// Unit normal of the carved surface at `sample` of the ray from `eye`
+    /// along the unit vector `direction`; world space.
+    pub fn normal(&self, eye: DVec3, direction: DVec3, sample: Sample) -> DVec3 {
+        let p = self.placement.point(eye + direction * sample.t);
+        // Wide enough to smooth the staircase of the pattern's pixels.
+        let h = 3.0 / self.texel_rate(p, 0.5 * self.own_depth()).0;
+        let slope = |f: &dyn Fn(&Foot) -> f64| -> DVec3 {
+            let f = |p| f(&self.shape.foot(p));
+            DVec3::AXES
+                .map(|axis| f(p + axis * h) - f(p - axis * h))
+                .into()
+        };
+        let gradient = if sample.class == CLASS_WALL {
+            slope(&|foot| self.gap(foot))
+        } else {
+            -slope(&|foot| foot.depth)
+        };
+        self.placement.rotation * gradient.normalize_or(-self.placement.direction(direction))
+    }
+
+    /// S_z, object units.
+    fn own_depth(&self) -> f64 {
+        self.depth / self.placement.scale
+    }
+
+    /// A point of the ray outside of the solid and, behind it, one inside, with
+    /// no solid before: t, object units.
+    fn first_solid(&self, ray: &Ray) -> Option<(f64, f64)> {
+        let (start, end) = ray.within(self.shape.radius())?;
+        let floor = self.own_depth();
+        let (mut t, mut before) = (start, start);
+        let mut outside = self.shape.foot(ray.at(start)).depth < floor;
+        while t <= end {
+            let p = ray.at(t);
+            let foot = self.shape.foot(p);
+            if foot.beyond > 0.0 || foot.depth < 0.0 {
+                outside = foot.depth < floor;
+                before = t;
+                t += foot
+                    .beyond
+                    .max(-foot.depth)
+                    .max(foot.depth - floor)
+                    .max(LEAST_OUTSIDE);
+                continue;
+            }
+            if outside && self.is_solid(&foot) {
+                return Some((before, t));
+            }
+            before = t;
+            outside &= foot.depth < floor;
+            t += if outside {
+                self.safe_step(p, &foot)
+            } else {
+                // To the surface or a border, but not before the floor.
+                let way_out = foot.depth.min(-foot.beyond);
+                way_out.max(foot.depth - floor).max(LEAST_OUTSIDE)
+            };
+        }
+        None
+    }
+
+    /// A step through the shell that reaches neither the floor nor the grown
+    /// pattern, but for the shortest step.
+    fn safe_step(&self, p: DVec3, foot: &Foot) -> f64 {
+        let floor = self.own_depth();
+        let (texels, reach) = self.texel_rate(p, floor - foot.depth);
+        // The distance is √2-Lipschitz a texel, and the pattern grows on the way down.
+        let growth = self.extrusion.bevel.abs() * f64::from(self.map.width()) / floor;
+        let gap = self.gap(foot);
+        (gap / (SQRT_2 * texels + growth))
+            .min(reach)
+            .max(LEAST_INSIDE)
+    }
+
+    /// The most texels crossed in an object unit on any way within some reach of
+    /// `p`, at most `limit`, and that reach.
+    fn texel_rate(&self, p: DVec3, limit: f64) -> (f64, f64) {
+        let metric = self.shape.metric(p, limit);
+        let rate = self.texels() / metric.lengths;
+        (rate.length(), metric.reach)
+    }
+
+    /// Texels in a unit of u and of v.
+    fn texels(&self) -> DVec2 {
+        let size = DVec2::new(f64::from(self.map.width()), f64::from(self.map.height()));
+        DVec2::from(self.repeat) * size
+    }
+
+    /// g of section 2, texels: the distance to the grown pattern.
+    fn gap(&self, foot: &Foot) -> f64 {
+        let Extrusion {
+            extension,
+            bevel,
+            chamfer,
+        } = self.extrusion;
+        let fraction = (foot.depth / self.own_depth()).max(0.0);
+        let radius = extension + bevel * fraction.min(chamfer);
+        self.distance_to_pattern(foot.uv) - radius * f64::from(self.map.width())
+    }
+
+    /// Distance to the pattern, texels: the bilinear interpolation of the map,
+    /// whose rows run down while v runs up.
+    fn distance_to_pattern(&self, uv: DVec2) -> f64 {
+        let (width, height) = (self.map.width(), self.map.height());
+        let column = |x: f64| (x as i64).rem_euclid(i64::from(width)) as u32;
+        let row = |y: f64| (y as i64).rem_euclid(i64::from(height)) as u32;
+        let place = self.texels() * DVec2::new(uv.x, -uv.y) - 0.5;
+        let (whole, part) = (place.floor(), place - place.floor());
+        let texel =
+            |dx: f64, dy: f64| f64::from(self.map.decode(column(whole.x + dx), row(whole.y + dy)));
+        let upper = texel(0.0, 0.0) * (1.0 - part.x) + texel(1.0, 0.0) * part.x;
+        let lower = texel(0.0, 1.0) * (1.0 - part.x) + texel(1.0, 1.0) * part.x;
+        upper * (1.0 - part.y) + lower * part.y
+    }
+
+    fn is_solid(&self, foot: &Foot) -> bool {
+        foot.beyond <= 0.0
+            && foot.depth >= 0.0
+            && if foot.depth >= self.own_depth() {
+                !self.cut_out
+            } else {
+                self.gap(foot) <= 0.0
+            }
+    }
+
+    fn refine(&self, ray: &Ray, mut outside: f64, mut inside: f64) -> Sample {
+        for _ in 0..60 {
+            let middle = 0.5 * (outside + inside);
+            if self.is_solid(&self.shape.foot(ray.at(middle))) {
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        let fraction = self.shape.foot(ray.at(inside)).depth / self.own_depth();
+        let class = if fraction < 1e-4 {
+            CLASS_CAP
+        } else if fraction > 1.0 - 1e-6 && !self.cut_out {
+            CLASS_FLOOR
+        } else {
+            CLASS_WALL
+        };
+        Sample {
+            class,
+            t: inside * self.placement.scale,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;

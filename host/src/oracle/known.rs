@@ -1,0 +1,161 @@
+//! Which known surface a mesh approximates.
+
+use super::analytic::{AnalyticOracle, Placement};
+use super::flat::{Cylinder, Plane};
+use super::shape::Shape;
+use super::{Ellipsoid, Saddle, Sphere, Torus};
+use crate::mesh::Mesh;
+use crate::prepare::PreparedObject;
+use crate::scene::SceneObject;
+use glam::{DVec2, DVec3};
+
+/// The surfaces of this project's meshes.
+pub const KNOWN: [&dyn Shape; 6] = [
+    &Torus {
+        major: 1.0,
+        minor: 0.4,
+    },
+    &Sphere { radius: 1.0 },
+    &Cylinder {
+        radius: 1.0,
+        height: 3.0,
+    },
+    &Plane { side: 2.0 },
+    &Ellipsoid {
+        axes: DVec3::new(1.2, 0.8, 1.0),
+    },
+    &Saddle {
+        side: 2.0,
+        rise: 0.3,
+    },
+];
+
+/// How far a vertex may lie off its surface, in parts of the shape's radius, and
+/// its texture coordinates from the closed form.
+const TOLERANCE: f64 = 1e-4;
+
+/// No closed form can judge an object.
+#[derive(Debug, thiserror::Error)]
+pub enum UnknownShape {
+    /// The mesh approximates none of them.
+    #[error(
+        "the mesh of object {object:?} lies on no surface of a known closed form with its texture coordinates; the known ones are those of assets/meshes: {}",
+        names()
+    )]
+    Mesh {
+        /// The object.
+        object: String,
+    },
+    /// The pattern breaks off where the surface closes.
+    #[error(
+        "object {object:?} repeats its pattern {repeat} times around a closed {shape}; only whole numbers join up, so make repeat one"
+    )]
+    Repeat {
+        /// The object.
+        object: String,
+        /// The shape.
+        shape: &'static str,
+        /// Repeats.
+        repeat: f64,
+    },
+    /// The normals meet within the shell.
+    #[error(
+        "object {object:?} is carved {depth} deep, but a {shape} of this size has room for less than {largest}; make depth smaller"
+    )]
+    Depth {
+        /// The object.
+        object: String,
+        /// The shape.
+        shape: &'static str,
+        /// S_z, world units.
+        depth: f64,
+        /// Where normals meet, world units.
+        largest: f64,
+    },
+}
+
+fn names() -> String {
+    KNOWN
+        .map(|shape| format!("{}.obj", shape.name()))
+        .join(", ")
+}
+
+impl AnalyticOracle<'_> {
+    /// The oracle of a scene's object, if its mesh approximates one of [`KNOWN`]:
+    /// every vertex lies on the surface with the texture coordinates of the closed
+    /// form, and the triangles cover it.
+    ///
+    /// # Errors
+    /// [`UnknownShape`]: also for a pattern or a depth that the surface cannot take.
+    pub fn find<'a>(
+        object: &SceneObject,
+        prepared: &'a PreparedObject,
+    ) -> Result<AnalyticOracle<'a>, UnknownShape> {
+        let placement = Placement::of(object);
+        let name = || object.name.clone();
+        let shape = KNOWN
+            .into_iter()
+            .find(|shape| fits(*shape, &prepared.mesh, &placement))
+            .ok_or_else(|| UnknownShape::Mesh { object: name() })?;
+        for (closed, repeat) in shape.closed().into_iter().zip(object.repeat) {
+            if closed && repeat.fract() != 0.0 {
+                return Err(UnknownShape::Repeat {
+                    object: name(),
+                    shape: shape.name(),
+                    repeat,
+                });
+            }
+        }
+        let oracle = AnalyticOracle::new(shape, object, prepared);
+        let largest = shape.largest_depth() * placement.scale;
+        if oracle.depth >= largest {
+            return Err(UnknownShape::Depth {
+                object: name(),
+                shape: shape.name(),
+                depth: oracle.depth,
+                largest,
+            });
+        }
+        Ok(oracle)
+    }
+}
+
+/// Whether `mesh` approximates the whole of `shape`, seen from the same side.
+pub(super) fn fits(shape: &dyn Shape, mesh: &Mesh, placement: &Placement) -> bool {
+    let corners = mesh.triangles.iter().flat_map(|triangle| &triangle.corners);
+    let on_surface = corners.into_iter().all(|corner| {
+        let p = placement.point(corner.position);
+        let tolerance = TOLERANCE * shape.radius();
+        let foot = shape.foot(p);
+        let below = p - placement.direction(corner.normal) * tolerance;
+        foot.depth.abs() <= tolerance
+            && foot.beyond <= tolerance
+            && shape.foot(below).depth > foot.depth
+            && same_texture(shape, p, foot.uv, corner.uv)
+    });
+    // Of the triangles at a sphere's poles half the texture is left out.
+    let covered: f64 = mesh
+        .triangles
+        .iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.corners.map(|corner| corner.uv);
+            0.5 * (b - a).perp_dot(c - a).abs()
+        })
+        .sum();
+    on_surface && (0.85..1.001).contains(&covered)
+}
+
+/// Whether `uv` are the texture coordinates at `p`, up to whole turns where they
+/// are closed; at a pole any u will do.
+pub(super) fn same_texture(shape: &dyn Shape, p: DVec3, expected: DVec2, uv: DVec2) -> bool {
+    let lengths = shape.metric(p, 0.0).lengths;
+    let apart = uv - expected;
+    (0..2).all(|axis| {
+        let off = if shape.closed()[axis] {
+            apart[axis] - apart[axis].round()
+        } else {
+            apart[axis]
+        };
+        off.abs() <= TOLERANCE || lengths[axis] <= TOLERANCE
+    })
+}
