@@ -4,7 +4,7 @@
 //! Those that take an object, a frame or a map are wrapped into functions of
 //! plain numbers first. Maps are noise: every texel is a hash of its place.
 
-use crate::arithmetic::{clamp, normalize_or};
+use crate::arithmetic::{clamp, normalize_or, sqrt};
 use crate::camera::{bounding_rectangle, pixel_ray, reversed_depth};
 use crate::facet::{self, FacetHit};
 pub use crate::layout::Corner;
@@ -89,7 +89,7 @@ macro_rules! for_each_kernel {
     ($with:ident) => {
         $with! {
             divide(f32: NUMBER, f32: DIVISOR) -> f32 = arithmetic::div;
-            root(f32: NUMBER) -> f32 = arithmetic::sqrt;
+            root(f32: NUMBER) -> f32 = kernels::root;
             floor(f32: NUMBER) -> f32 = arithmetic::floor;
             limit(f32: NUMBER, f32: NUMBER, f32: NUMBER) -> f32 = kernels::limit;
             power(f32: FRACTION, u32: EXPONENT) -> f32 = arithmetic::power;
@@ -161,6 +161,11 @@ fn noise_object(choice: u32) -> Object {
 /// [`clamp`] under a name that is nobody's method: the sources are scanned for those.
 pub fn limit(x: f32, low: f32, high: f32) -> f32 {
     clamp(x, low, high)
+}
+
+/// [`sqrt`], likewise.
+pub fn root(x: f32) -> f32 {
+    sqrt(x)
 }
 
 /// [`normalize_or`], likewise.
