@@ -29,6 +29,9 @@ fn quotient(a: Real, b: Real) -> Real {
     }
 }
 
+/// Texture coordinates, repeats, at which a map still can be read.
+const FAR_UV: Real = 1e6;
+
 /// What the paper's procedures read: the map, the technique and the steps.
 struct Search<'a, T: Texels + ?Sized> {
     map: &'a ShapeMap,
@@ -45,7 +48,10 @@ impl<T: Texels + ?Sized> Search<'_, T> {
     /// text below (7). Fault: e appears in no algorithm.
     #[inline]
     fn distance(&self, p: Vec3) -> Real {
-        let texels = self.map.distance(self.texels, Vec2::new(p.x, p.y)) + 0.5;
+        // Rays that leave the surface run away; beyond this, uv has no digits
+        // after the point that a map could be read by.
+        let uv = Vec2::new(clamp(p.x, -FAR_UV, FAR_UV), clamp(p.y, -FAR_UV, FAR_UV));
+        let texels = self.map.distance(self.texels, uv) + 0.5;
         max(div(max(texels, 0.0), self.map.size.x) - self.extension, 0.0)
     }
 
