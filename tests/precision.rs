@@ -5,6 +5,7 @@
 //! degrees, seen from a few radii away, not from the side. A perturbation of
 //! 1e-3 on the side of f64 must be seen by every comparison.
 
+use relievo::oracle::wide::{wide_frame, wide_object, wide_triangle};
 use relievo_shared as single;
 use relievo_shared_f64 as double;
 use single::path::Path as _;
@@ -37,70 +38,6 @@ const SEARCH: u32 = single::layout::SEARCH_EXTRUSION;
 /// Of the traced rays, so many may meet another part of the pattern, because
 /// they pass an edge of it by less than a rounding error.
 const STRAYS: f64 = 2e-3;
-
-fn wide<const N: usize>(a: [f32; N]) -> [f64; N] {
-    a.map(f64::from)
-}
-
-fn wide_triangle(triangle: &Triangle) -> double::layout::Triangle {
-    double::layout::Triangle {
-        corners: triangle.corners.map(|corner| double::layout::Corner {
-            position: wide(corner.position),
-            normal: wide(corner.normal),
-            tangent: wide(corner.tangent),
-            uv: wide(corner.uv),
-            quadric: wide(corner.quadric),
-            gradient_u: wide(corner.gradient_u),
-            gradient_v: wide(corner.gradient_v),
-        }),
-        handedness: f64::from(triangle.handedness),
-    }
-}
-
-fn wide_object(object: &Object) -> double::layout::Object {
-    double::layout::Object {
-        map_size: wide(object.map_size),
-        map_step: f64::from(object.map_step),
-        map_quantum: f64::from(object.map_quantum),
-        map_reach: f64::from(object.map_reach),
-        depth: f64::from(object.depth),
-        extension: f64::from(object.extension),
-        bevel: f64::from(object.bevel),
-        chamfer: f64::from(object.chamfer),
-        specular: f64::from(object.specular),
-        cap_color: wide(object.cap_color),
-        wall_color: wide(object.wall_color),
-        bevel_color: wide(object.bevel_color),
-        floor_color: wide(object.floor_color),
-        shininess: object.shininess,
-        tier: object.tier,
-        cut_out: object.cut_out,
-        linear_steps: object.linear_steps,
-        binary_steps: object.binary_steps,
-        map_bias: object.map_bias,
-        map_packing: object.map_packing,
-        map_format: object.map_format,
-        search: object.search,
-        self_shadow: object.self_shadow,
-    }
-}
-
-fn wide_frame(frame: &Frame) -> double::layout::Frame {
-    double::layout::Frame {
-        eye: wide(frame.eye),
-        near: f64::from(frame.near),
-        right: wide(frame.right),
-        up: wide(frame.up),
-        forward: wide(frame.forward),
-        ray_first: wide(frame.ray_first),
-        ray_right: wide(frame.ray_right),
-        ray_down: wide(frame.ray_down),
-        light_direction: wide(frame.light_direction),
-        light_color: wide(frame.light_color),
-        ambient: wide(frame.ambient),
-        size: wide(frame.size),
-    }
-}
 
 fn wide_surface(surface: &single::surface::Surface) -> double::surface::Surface {
     double::surface::Surface {

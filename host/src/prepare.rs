@@ -29,6 +29,8 @@ pub struct PreparedScene {
     pub background: [f32; 3],
     /// What is drawn, in order.
     pub objects: Vec<PreparedObject>,
+    /// The middle of all objects, world units: positions are relative to it.
+    pub origin: DVec3,
     /// The camera in world units, also where the scene file has none.
     pub camera: Camera,
     /// Time spent on loading and baking.
@@ -100,6 +102,7 @@ pub fn prepare(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Prepar
         supersampling: scene.supersampling,
         background: scene.background.linear(),
         objects,
+        origin,
         camera,
         preparation: start.elapsed(),
     })

@@ -1,8 +1,8 @@
 //! The oracle of arbitrary meshes: the accurate tier's prisms in f64, which
 //! tells errors of f32 arithmetic from errors of the model (O2 of section 7).
 
+use super::wide::{wide_object, wide_triangle};
 use super::{Oracle, Sample};
-use crate::mesh::Bounds;
 use crate::prepare::PreparedScene;
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::BvhBuildParams;
@@ -10,9 +10,8 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
-use relievo_shared::layout::{Object as NarrowObject, Triangle as NarrowTriangle};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_MISS, CLASS_WALL};
-use relievo_shared_f64::layout::{Corner, Object, Triangle};
+use relievo_shared_f64::layout::Object;
 use relievo_shared_f64::normals::class_of;
 use relievo_shared_f64::prism::{Prism, search};
 use relievo_shared_f64::profile::Profile;
@@ -84,7 +83,7 @@ impl<'a> MeshOracle<'a> {
             hierarchy: Hierarchy::new(boxes),
             prisms,
             objects,
-            origin: origin(scene),
+            origin: scene.origin,
         }
     }
 
@@ -133,19 +132,6 @@ impl Oracle for MeshOracle<'_> {
     }
 }
 
-/// The middle of all objects, which positions are relative to.
-fn origin(scene: &PreparedScene) -> DVec3 {
-    scene
-        .objects
-        .iter()
-        .map(|object| object.mesh.bounds)
-        .reduce(|a, b| Bounds {
-            min: a.min.min(b.min),
-            max: a.max.max(b.max),
-        })
-        .map_or(DVec3::ZERO, |bounds| bounds.centre())
-}
-
 /// A bounding volume hierarchy, in f32 with boxes a little wider than given.
 struct Hierarchy(Bvh2);
 
@@ -172,53 +158,6 @@ impl Hierarchy {
         self.0.ray_traverse_anyhit(ray, |_, leaf| {
             visit(self.0.primitive_indices[leaf] as usize);
         });
-    }
-}
-
-fn wide<const N: usize>(values: [f32; N]) -> [f64; N] {
-    values.map(f64::from)
-}
-
-fn wide_triangle(triangle: &NarrowTriangle) -> Triangle {
-    Triangle {
-        corners: triangle.corners.map(|corner| Corner {
-            position: wide(corner.position),
-            normal: wide(corner.normal),
-            tangent: wide(corner.tangent),
-            uv: wide(corner.uv),
-            quadric: wide(corner.quadric),
-            gradient_u: wide(corner.gradient_u),
-            gradient_v: wide(corner.gradient_v),
-        }),
-        handedness: f64::from(triangle.handedness),
-    }
-}
-
-fn wide_object(object: &NarrowObject) -> Object {
-    Object {
-        map_size: wide(object.map_size),
-        map_step: f64::from(object.map_step),
-        map_quantum: f64::from(object.map_quantum),
-        map_reach: f64::from(object.map_reach),
-        depth: f64::from(object.depth),
-        extension: f64::from(object.extension),
-        bevel: f64::from(object.bevel),
-        chamfer: f64::from(object.chamfer),
-        specular: f64::from(object.specular),
-        cap_color: wide(object.cap_color),
-        wall_color: wide(object.wall_color),
-        bevel_color: wide(object.bevel_color),
-        floor_color: wide(object.floor_color),
-        shininess: object.shininess,
-        tier: object.tier,
-        cut_out: object.cut_out,
-        linear_steps: object.linear_steps,
-        binary_steps: object.binary_steps,
-        map_bias: object.map_bias,
-        map_packing: object.map_packing,
-        map_format: object.map_format,
-        search: object.search,
-        self_shadow: object.self_shadow,
     }
 }
 
@@ -252,7 +191,7 @@ mod tests {
         let start = Instant::now();
         let frame = &scene.frame;
         let [width, height] = scene.size.map(|side| side as usize);
-        let wide = |v| DVec3::from(super::wide::<3>(v));
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         let samples: Vec<PrismSample> = (0..width * height)
             .into_par_iter()
             .map(|i| {

@@ -14,6 +14,7 @@ mod saddle;
 mod shape;
 mod sphere;
 mod torus;
+pub mod wide;
 
 pub use analytic::{AnalyticOracle, Placement};
 pub use ellipsoid::Ellipsoid;
