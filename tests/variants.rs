@@ -4,10 +4,10 @@
 use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::Scene;
-use relievo_shared::camera::bounding_rectangle;
 use relievo_shared::layout::{
     Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, TIER_FAST, TIER_PAPER, TIER_PLANAR,
 };
+use relievo_shared::outline::bounding_rectangle;
 use relievo_shared_variant::{Finding, Mode, audited, with_mode};
 use relievo_tests::{asset, scenes};
 use std::path::Path;

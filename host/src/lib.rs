@@ -33,6 +33,7 @@ pub mod prepare;
 pub mod render;
 pub mod scene;
 pub mod shape_map;
+pub mod shell;
 pub mod verify;
 
 pub use error::Error;

@@ -5,9 +5,10 @@ use crate::prepare::PreparedScene;
 use crate::render::{RenderError, allocate};
 use crate::scene::Color;
 use rayon::prelude::*;
-use relievo_shared::camera::{bounding_rectangle, pixel_ray};
+use relievo_shared::camera::pixel_ray;
 use relievo_shared::facet::intersect;
 use relievo_shared::layout::{Frame, Triangle, vec3};
+use relievo_shared::outline::bounding_rectangle;
 
 /// Samples per pixel side: edges are two samples wide, so one pixel.
 const SAMPLES: u32 = 2;

@@ -4,14 +4,16 @@
 //! f64, before they become f32: a scene far from the origin keeps its digits.
 
 use crate::Error;
-use crate::mesh::{Bounds, Mesh, MeshOptions, MeshTriangle};
+use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell, MeshTriangle};
 use crate::scene::{Camera, Extrusion, Material, Scene, SceneObject};
 use crate::shape_map::{Pattern, PatternOptions, ShapeMap, Storage, bake};
+use crate::shell::{folded, narrow_shell};
 use glam::{DQuat, DVec3, EulerRot};
 use rayon::prelude::*;
 use relievo_shared::layout::{
-    Corner, FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Frame, Object, Triangle,
+    Corner, FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Frame, Object, SEARCH_PRISMS, Shell, Triangle,
 };
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -45,6 +47,8 @@ pub struct PreparedObject {
     pub parameters: Object,
     /// Its triangles, relative to the scene's origin.
     pub triangles: Vec<Triangle>,
+    /// The prisms over them; empty unless the tier is the accurate one.
+    pub shells: Vec<Shell>,
     /// Its shape map; objects with the same pattern share it.
     pub map: Arc<ShapeMap>,
     /// The mesh it came from; objects with the same mesh and transform share it.
@@ -126,6 +130,14 @@ impl PreparedScene {
         }
     }
 
+    /// Makes the prisms of every object, also of those that do not need them.
+    pub fn make_all_shells(&mut self) {
+        for object in &mut self.objects {
+            let shells = object.all_shells(self.origin).into_owned();
+            object.shells = shells;
+        }
+    }
+
     /// Number of triangles of all objects.
     pub fn triangle_count(&self) -> usize {
         self.objects
@@ -133,6 +145,98 @@ impl PreparedScene {
             .map(|object| object.triangles.len())
             .sum()
     }
+}
+
+impl PreparedObject {
+    /// Rounds `shells` to what renderers read, for the object's depth.
+    fn narrow_shells(&self, shells: &[MeshShell], origin: DVec3) -> Vec<Shell> {
+        let depth = f64::from(self.parameters.depth);
+        shells
+            .par_iter()
+            .zip(&self.triangles)
+            .map(|(shell, triangle)| {
+                let uv = triangle.corners.map(|corner| corner.uv);
+                narrow_shell(shell, uv, depth, origin)
+            })
+            .collect()
+    }
+
+    /// The prisms over all triangles, made for this call where the tier needs
+    /// none; `origin` is the scene's.
+    pub fn all_shells(&self, origin: DVec3) -> Cow<'_, [Shell]> {
+        if self.shells.is_empty() {
+            Cow::Owned(self.narrow_shells(&self.mesh.shells(), origin))
+        } else {
+            Cow::Borrowed(&self.shells)
+        }
+    }
+
+    /// Whether rays are followed through prisms.
+    pub fn has_prisms(&self) -> bool {
+        self.parameters.search == SEARCH_PRISMS
+    }
+}
+
+/// Triangles that are named in an error.
+const NAMED: usize = 3;
+
+/// A depth is clamped to this share of the largest that works.
+const CLAMPED: f64 = 0.95;
+
+/// Makes the prisms of `prepared`, which needs them; an error where the surface
+/// bends too much for the depth, unless that may be clamped.
+fn make_shells(
+    scene: &Scene,
+    object: &SceneObject,
+    prepared: &mut PreparedObject,
+    origin: DVec3,
+) -> Result<(), Error> {
+    let shells = prepared.mesh.shells();
+    let depth = f64::from(prepared.parameters.depth);
+    if let Some(folded) = folded(&shells, depth) {
+        let clamped = CLAMPED * folded.largest_depth;
+        if !object.clamp_depth || clamped <= 0.0 {
+            let triangles = &prepared.mesh.triangles;
+            let named = folded.triangles.iter().take(NAMED).map(|&index| {
+                let [a, b, c] = triangles[index].corners.map(|corner| corner.position);
+                let [x, y, z] = ((a + b + c) / 3.0).to_array();
+                format!("number {} at ({x:.4}, {y:.4}, {z:.4})", index + 1)
+            });
+            let named: Vec<String> = named.collect();
+            let more = if folded.triangles.len() > NAMED {
+                ", …"
+            } else {
+                ""
+            };
+            let way_out = if clamped > 0.0 {
+                format!(
+                    "the largest depth that works is {:.6}: write a smaller depth, or clamp_depth = true, or tier = \"fast\"",
+                    folded.largest_depth
+                )
+            } else {
+                "no depth works there: repair the mesh, or write tier = \"fast\"".to_string()
+            };
+            return Err(Error::Object {
+                scene: scene.path.clone(),
+                name: object.name.clone(),
+                problem: format!(
+                    "the surface bends too much for the depth {depth:.6} of the accurate tier in {} of {} triangles ({}{more}); {way_out}",
+                    folded.triangles.len(),
+                    shells.len(),
+                    named.join(", "),
+                ),
+            });
+        }
+        tracing::warn!(
+            "object {:?}: depth {depth:.6} is clamped to {clamped:.6}, since the surface bends too much in {} of {} triangles",
+            object.name,
+            folded.triangles.len(),
+            shells.len(),
+        );
+        prepared.parameters.depth = clamped as f32;
+    }
+    prepared.shells = prepared.narrow_shells(&shells, origin);
+    Ok(())
 }
 
 fn shape_key(object: &SceneObject) -> ShapeKey {
@@ -263,13 +367,18 @@ fn prepare_object(
         .par_iter()
         .map(|triangle| narrow_triangle(triangle, origin, object.repeat))
         .collect();
-    Ok(PreparedObject {
+    let mut prepared = PreparedObject {
         name: object.name.clone(),
         parameters,
         triangles,
+        shells: Vec::new(),
         map,
         mesh,
-    })
+    };
+    if prepared.has_prisms() {
+        make_shells(scene, object, &mut prepared, origin)?;
+    }
+    Ok(prepared)
 }
 
 /// Half the span of the differences that make the map's gradient, texels: a

@@ -2,8 +2,8 @@
 //! outputs. No arithmetic of their own.
 //!
 //! Bindings of group 0, all read-only storage buffers of plain scalars:
-//! 0 [`Frame`], 1 [`Object`], 2 the object's [`Triangle`]s, 3 the words of its
-//! shape map. Draws are not indexed: six vertices a triangle, an outline
+//! 0 [`Frame`], 1 [`Object`], 2 the object's [`Triangle`]s, or its [`Shell`]s in
+//! the accurate tier, 3 the words of its shape map. Draws are not indexed: six vertices a triangle, an outline
 //! around its pixels; the fragment decides by an exact test.
 #![cfg_attr(target_arch = "spirv", no_std)]
 // A binding is an argument.
@@ -11,11 +11,13 @@
 
 use relievo_shared::fragment::{Entry, Hit};
 use relievo_shared::layout::{
-    Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Triangle,
+    Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell, Triangle,
 };
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::shape_map::Texels;
-use relievo_shared::{camera, fragment};
+use relievo_shared::shell::{self, ShellHit};
+use relievo_shared::walk::Shells;
+use relievo_shared::{camera, fragment, outline};
 use spirv_std::arch::{IndexUnchecked, kill};
 use spirv_std::glam::{UVec4, Vec3, Vec4, vec4};
 use spirv_std::spirv;
@@ -33,6 +35,18 @@ impl Texels for Buffer<'_> {
     }
 }
 
+/// Prisms in a storage buffer.
+struct Prisms<'a>(&'a [Shell]);
+
+impl Shells for Prisms<'_> {
+    #[inline]
+    fn shell(&self, index: u32) -> &Shell {
+        // SAFETY: the host draws the prisms of the buffer, and gives them
+        // neighbours that are in it.
+        unsafe { self.0.index_unchecked(index as usize) }
+    }
+}
+
 /// Places the corners of the outline around a triangle's pixels.
 #[spirv(vertex)]
 pub fn vertex(
@@ -45,10 +59,27 @@ pub fn vertex(
     let index = vertex_index / 6;
     // SAFETY: the host draws six vertices for each triangle of the buffer.
     let triangle = unsafe { triangles.index_unchecked(index as usize) };
-    let outline = camera::outline(frame, triangle);
-    let corner = camera::outline_vertex(&outline, vertex_index - 6 * index);
+    let outline = outline::outline(frame, triangle);
+    let corner = outline::outline_vertex(&outline, vertex_index - 6 * index);
     *position = vec4(corner.x, corner.y, 0.5, 1.0);
     *triangle_index = index;
+}
+
+/// Places the corners of the outline around a prism's pixels.
+#[spirv(vertex)]
+pub fn vertex_prisms(
+    #[spirv(vertex_index)] vertex_index: u32,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] shells: &[Shell],
+    #[spirv(position)] position: &mut Vec4,
+    #[spirv(flat)] shell_index: &mut u32,
+) {
+    let index = vertex_index / 6;
+    let outline = outline::shell_outline(frame, object, Prisms(shells).shell(index));
+    let corner = outline::outline_vertex(&outline, vertex_index - 6 * index);
+    *position = vec4(corner.x, corner.y, 0.5, 1.0);
+    *shell_index = index;
 }
 
 /// Finds the hit of this pixel's ray on this triangle, or discards the pixel.
@@ -79,6 +110,55 @@ fn find<const SEARCH: u32>(
     (direction, entry, hit)
 }
 
+/// Finds the hit of this pixel's ray where it comes in through this prism, or
+/// discards the pixel.
+#[inline]
+fn find_prism(
+    coordinate: Vec4,
+    frame: &Frame,
+    object: &Object,
+    shells: &Prisms,
+    texels: &Buffer,
+    index: u32,
+) -> (Vec3, ShellHit) {
+    let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
+    let found = shell::trace(frame, object, shells, texels, direction, index);
+    if found.hit.class == CLASS_MISS {
+        kill();
+    }
+    (direction, found)
+}
+
+/// What pictures of colours hold of a pixel.
+#[inline]
+fn color_words(rgb: Vec3, hit: &Hit) -> UVec4 {
+    UVec4::new(
+        fragment::word(rgb.x),
+        fragment::word(rgb.y),
+        fragment::word(rgb.z),
+        hit.class,
+    )
+}
+
+/// What pictures of geometry hold of a pixel.
+#[inline]
+fn geometry_words(hit: &Hit, normal: Vec3) -> (UVec4, UVec4) {
+    (
+        UVec4::new(
+            fragment::word(hit.t),
+            fragment::word(hit.uv.x),
+            fragment::word(hit.uv.y),
+            fragment::word(hit.depth_fraction),
+        ),
+        UVec4::new(
+            fragment::class_and_steps(hit),
+            fragment::word(normal.x),
+            fragment::word(normal.y),
+            fragment::word(normal.z),
+        ),
+    )
+}
+
 /// An entry point that writes linear RGB as the bits of three f32, and the
 /// class in the fourth word.
 macro_rules! color_entry_point {
@@ -100,12 +180,7 @@ macro_rules! color_entry_point {
                 find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
             let rgb =
                 fragment::color::<{ $shadow }, _>(frame, object, &texels, direction, &entry, &hit);
-            *color = UVec4::new(
-                fragment::word(rgb.x),
-                fragment::word(rgb.y),
-                fragment::word(rgb.z),
-                hit.class,
-            );
+            *color = color_words(rgb, &hit);
             *depth = hit.depth;
         }
     };
@@ -132,23 +207,60 @@ macro_rules! geometry_entry_point {
             let (direction, entry, hit) =
                 find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
             let normal = fragment::normals(object, &texels, direction, &entry, &hit).carved;
-            *place = UVec4::new(
-                fragment::word(hit.t),
-                fragment::word(hit.uv.x),
-                fragment::word(hit.uv.y),
-                fragment::word(hit.depth_fraction),
-            );
-            *surface = UVec4::new(
-                fragment::class_and_steps(&hit),
-                fragment::word(normal.x),
-                fragment::word(normal.y),
-                fragment::word(normal.z),
-            );
+            (*place, *surface) = geometry_words(&hit, normal);
             *depth = hit.depth;
         }
     };
 }
 
+/// [`color_entry_point`] of the accurate tier.
+macro_rules! color_prisms_entry_point {
+    ($name:ident, $shadow:expr) => {
+        #[doc = "Writes linear RGB as the bits of three f32, and the class."]
+        #[spirv(fragment(depth_replacing))]
+        pub fn $name(
+            #[spirv(frag_coord)] coordinate: Vec4,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] shells: &[Shell],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+            #[spirv(flat)] index: u32,
+            #[spirv(frag_depth)] depth: &mut f32,
+            color: &mut UVec4,
+        ) {
+            let (shells, texels) = (Prisms(shells), Buffer(words));
+            let (direction, found) = find_prism(coordinate, frame, object, &shells, &texels, index);
+            let rgb = shell::color::<{ $shadow }, _, _>(
+                frame, object, &shells, &texels, direction, &found,
+            );
+            *color = color_words(rgb, &found.hit);
+            *depth = found.hit.depth;
+        }
+    };
+}
+
+/// Writes (t, u, v, δ) and (class and steps, N), as bits.
+#[spirv(fragment(depth_replacing))]
+pub fn geometry_prisms(
+    #[spirv(frag_coord)] coordinate: Vec4,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] shells: &[Shell],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+    #[spirv(flat)] index: u32,
+    #[spirv(frag_depth)] depth: &mut f32,
+    place: &mut UVec4,
+    surface: &mut UVec4,
+) {
+    let (shells, texels) = (Prisms(shells), Buffer(words));
+    let (_, found) = find_prism(coordinate, frame, object, &shells, &texels, index);
+    let normal = shell::normals(object, &shells, &texels, &found).carved;
+    (*place, *surface) = geometry_words(&found.hit, normal);
+    *depth = found.hit.depth;
+}
+
+color_prisms_entry_point!(color_prisms, false);
+color_prisms_entry_point!(color_prisms_shadow, true);
 color_entry_point!(color_extrusion, SEARCH_EXTRUSION, false);
 color_entry_point!(color_extrusion_shadow, SEARCH_EXTRUSION, true);
 color_entry_point!(color_relief, SEARCH_RELIEF, false);

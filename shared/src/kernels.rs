@@ -5,7 +5,7 @@
 //! plain numbers first. Maps are noise: every texel is a hash of its place.
 
 use crate::arithmetic::{clamp, normalize_or, sqrt};
-use crate::camera::{bounding_rectangle, pixel_ray, reversed_depth};
+use crate::camera::{pixel_ray, reversed_depth};
 use crate::facet::{self, FacetHit};
 pub use crate::layout::Corner;
 use crate::layout::{
@@ -15,6 +15,7 @@ use crate::light::shade;
 pub use crate::march::March;
 use crate::march::march;
 use crate::normals::normal_at;
+use crate::outline::bounding_rectangle;
 use crate::path::{Path, QuadraticPath};
 use crate::profile::Profile;
 use crate::shadow::{self, ShadowPoint};

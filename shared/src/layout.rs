@@ -36,6 +36,66 @@ pub struct Triangle {
     pub handedness: Real,
 }
 
+/// A pair of parallel planes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct Slab {
+    /// Unit vector across it.
+    pub axis: [Real; 3],
+    /// The least p · `axis` in it, p relative to the shell's anchor, object units.
+    pub low: Real,
+    /// The largest one.
+    pub high: Real,
+}
+
+/// The curved prism over one triangle (section 6), ready to be traced: the
+/// points F(w1, w2, δ) = S(w) − S_z δ N(w), with S and N of degree two in the
+/// weights w1 and w2 of the second and third corner.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct Shell {
+    /// Position of the first corner, object units, relative to the scene's
+    /// origin. What follows is relative to it.
+    pub anchor: [Real; 3],
+    /// S without its constant, which is 0: the coefficients of w1, w2, w1²,
+    /// w1 w2, w2², object units.
+    pub surface: [[Real; 3]; 5],
+    /// N: the coefficients of 1, w1, w2, w1², w1 w2, w2².
+    pub normal: [[Real; 3]; 6],
+    /// Unit normals of the corners, which light the cap: those of the mesh, not
+    /// N, which is between them where an edge is hard.
+    pub corner_normals: [[Real; 3]; 3],
+    /// Texture coordinates of the first corner, and the changes from there to
+    /// the second and to the third, repeats.
+    pub uv: [[Real; 2]; 3],
+    /// Unit normal of the facet.
+    pub facet: [Real; 3],
+    /// The map F counts as folded where its determinant is less than this,
+    /// object units cubed.
+    pub least_determinant: Real,
+    /// No normal of S is further from `facet` than by an angle with this sine;
+    /// 1 where that cannot be said.
+    pub spread: Real,
+    /// What holds everything through which a ray may come into this prism from
+    /// outside: the cap, and with it the whole prism where a side is open.
+    pub slabs: [Slab; 4],
+    /// Middle of a ball around the whole prism.
+    pub centre: [Real; 3],
+    /// Its radius, object units.
+    pub radius: Real,
+    /// 1 / the facet's least altitude, 1 / object units.
+    pub inverse_altitude: Real,
+    /// For each corner what lies beyond the side opposite to it: 4 × the number
+    /// of the neighbour + the number of the neighbour's corner opposite to the
+    /// same side; or [`NO_NEIGHBOUR`].
+    pub neighbours: [u32; 3],
+}
+
+/// The surface ends at this side of a [`Shell`].
+pub const NO_NEIGHBOUR: u32 = 0xffff_ffff;
+
 /// The camera, the picture and the light of one frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
@@ -127,6 +187,8 @@ pub const TIER_FAST: u32 = 1;
 
 /// The paper's algorithms as printed, mistakes included (section 8).
 pub const TIER_PAPER: u32 = 2;
+/// The ray is followed through curved prisms (section 6).
+pub const TIER_ACCURATE: u32 = 3;
 
 /// Texels are signed fixed-point codes of 8 or 16 bits: (code − bias) · step.
 pub const FORMAT_CODES: u32 = 0;
@@ -141,6 +203,8 @@ pub const SEARCH_EXTRUSION: u32 = 0;
 pub const SEARCH_RELIEF: u32 = 1;
 /// The search of the paper's tier, which brings its own path.
 pub const SEARCH_PAPER: u32 = 2;
+/// The search of the accurate tier, from prism to prism.
+pub const SEARCH_PRISMS: u32 = 3;
 
 #[cfg(not(feature = "double"))]
 const _: () = {
@@ -149,6 +213,8 @@ const _: () = {
     assert!(offset_of!(Corner, uv) == 36 && offset_of!(Corner, quadric) == 44);
     assert!(size_of::<Triangle>() == 244 && align_of::<Triangle>() == 4);
     assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 240);
+    assert!(size_of::<Slab>() == 20 && size_of::<Shell>() == 336 && align_of::<Shell>() == 4);
+    assert!(offset_of!(Shell, facet) == 204 && offset_of!(Shell, neighbours) == 324);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
     assert!(size_of::<Object>() == 128 && align_of::<Object>() == 4);

@@ -11,17 +11,20 @@
 //!
 //! ```text
 //! camera        pixel → ray
+//! outline       triangle or prism → the pixels that may see it
 //! facet         ray + triangle → weights, distance
 //! surface       weights → normal, tangent frame, quadric, uv
 //! path          surface + ray → where the ray is at s, in uv and depth (the tier)
-//! prism         triangle → curved shell, and the search in it (the accurate tier)
+//! prism         triangle → curved shell (the accurate tier)
 //! profile       depth → radius by which the pattern is grown (the technique)
 //! shape_map     uv → distance to the pattern
 //! march         path × profile × shape map → hit; relief, paper: baselines
+//! walk          prisms × profile × shape map → hit (the accurate tier)
 //! normals       hit → normal and surface class
 //! shadow        hit → lit or not
 //! light         normal → colour
 //! fragment      all of the above for one pixel and one triangle
+//! shell         all of the above for one pixel and one prism (the accurate tier)
 //! ```
 //!
 //! `kernels` lists the functions whose results on GPU and CPU are compared.
@@ -47,6 +50,7 @@ pub mod layout;
 pub mod light;
 pub mod march;
 pub mod normals;
+pub mod outline;
 pub mod paper;
 pub mod path;
 pub mod prism;
@@ -56,7 +60,9 @@ pub mod relief;
 pub mod rounding;
 pub mod shadow;
 pub mod shape_map;
+pub mod shell;
 pub mod surface;
+pub mod walk;
 
 /// The floating-point type of this build: f32, or f64 in `relievo-shared-f64`.
 #[cfg(not(feature = "double"))]

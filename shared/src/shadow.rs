@@ -13,7 +13,7 @@ use crate::{Real, Vec2, Vec3};
 
 /// How far a shadow ray starts from the surface, texels: beyond the error of
 /// the hit and the stairs of the pattern's outline.
-const CLEARANCE: Real = 1.5;
+pub const CLEARANCE: Real = 1.5;
 
 /// A ray from a point inside the shell towards the light.
 struct LightPath {

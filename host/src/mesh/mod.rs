@@ -14,6 +14,7 @@ mod obj;
 mod prepare;
 mod projection;
 mod scan;
+mod shell;
 mod surface;
 mod tangents;
 #[cfg(test)]
@@ -28,6 +29,8 @@ use obj::SourceMesh;
 pub use curvature::Quadric;
 pub use error::MeshError;
 pub use projection::Projection;
+pub use shell::MeshShell;
+pub(crate) use shell::{FOLDED, Quadratic};
 
 /// Corner indices are u32 and MikkTSpace's i32: no limit above this holds.
 const LARGEST_TRIANGLE_LIMIT: usize = 1 << 28;

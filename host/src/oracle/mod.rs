@@ -9,6 +9,7 @@ mod ellipsoid;
 mod flat;
 mod known;
 mod mesh;
+mod prism_search;
 mod report;
 mod saddle;
 mod shape;

@@ -1,10 +1,33 @@
 //! The layouts of the f32 mathematics as those of its f64 twin, number by number.
 
-use relievo_shared::layout::{Frame, Object, Triangle};
+use relievo_shared::layout::{Frame, Object, Shell, Triangle};
 use relievo_shared_f64::layout as double;
 
 fn wide<const N: usize>(a: [f32; N]) -> [f64; N] {
     a.map(f64::from)
+}
+
+/// A prism, widened.
+pub fn wide_shell(shell: &Shell) -> double::Shell {
+    double::Shell {
+        anchor: wide(shell.anchor),
+        surface: shell.surface.map(wide),
+        normal: shell.normal.map(wide),
+        corner_normals: shell.corner_normals.map(wide),
+        uv: shell.uv.map(wide),
+        facet: wide(shell.facet),
+        least_determinant: f64::from(shell.least_determinant),
+        spread: f64::from(shell.spread),
+        slabs: shell.slabs.map(|slab| double::Slab {
+            axis: wide(slab.axis),
+            low: f64::from(slab.low),
+            high: f64::from(slab.high),
+        }),
+        centre: wide(shell.centre),
+        radius: f64::from(shell.radius),
+        inverse_altitude: f64::from(shell.inverse_altitude),
+        neighbours: shell.neighbours,
+    }
 }
 
 /// A triangle, widened.

@@ -2,7 +2,7 @@
 //! a pixel's ray, and the shared code does the rest, rows in parallel.
 
 use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
-use crate::prepare::PreparedScene;
+use crate::prepare::{PreparedObject, PreparedScene};
 use glam::{Vec3, Vec3A};
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -12,8 +12,10 @@ use obvhs::ray::Ray;
 use rayon::prelude::*;
 use relievo_shared::camera::{pixel_ray, reversed_depth};
 use relievo_shared::fragment::{self, Entry, Hit};
-use relievo_shared::layout::{Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF};
+use relievo_shared::layout::{Frame, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell};
 use relievo_shared::normals::CLASS_MISS;
+use relievo_shared::prism::{cap_hull, is_near, is_open, normal_hull};
+use relievo_shared::shell::{self, ShellHit};
 use std::time::Duration;
 
 /// Renders one scene on the CPU.
@@ -24,15 +26,31 @@ pub struct CpuRenderer<'a> {
     leaves: Vec<[u32; 2]>,
     /// The largest distance of an eye from the origin for which the boxes are wide enough.
     reach: f32,
+    /// Object and prism of each prism in which the eye may lie.
+    around_eye: Vec<[u32; 2]>,
 }
 
 /// The nearest hit on a ray and what it belongs to.
 struct Nearest<'a> {
-    object: &'a Object,
-    texels: &'a [u32],
-    entry: Entry,
-    hit: Hit,
+    object: &'a PreparedObject,
+    found: Found,
     order: [u32; 2],
+}
+
+/// A hit, and what its colour follows from.
+#[derive(Clone, Copy)]
+enum Found {
+    Facet(Entry, Hit),
+    Prism(ShellHit),
+}
+
+impl Found {
+    fn hit(&self) -> &Hit {
+        match self {
+            Found::Facet(_, hit) => hit,
+            Found::Prism(found) => &found.hit,
+        }
+    }
 }
 
 impl<'a> CpuRenderer<'a> {
@@ -45,12 +63,29 @@ impl<'a> CpuRenderer<'a> {
             bvh,
             leaves,
             reach,
+            around_eye: Vec::new(),
         }
     }
 
-    /// Makes the boxes wide enough for the eye of `frame`.
+    /// Makes the boxes wide enough for the eye of `frame`, and finds the prisms
+    /// around it.
     fn reach_for(&mut self, frame: &Frame) {
-        let distance = Vec3::from(frame.eye).abs().max_element();
+        let eye = Vec3::from(frame.eye);
+        self.around_eye.clear();
+        for (i, object) in self.scene.objects.iter().enumerate() {
+            if object.has_prisms() {
+                let near = object
+                    .shells
+                    .par_iter()
+                    .enumerate()
+                    .filter_map(|(j, shell)| {
+                        let is_near = is_near(shell, eye - Vec3::from(shell.anchor));
+                        is_near.then_some([i as u32, j as u32])
+                    });
+                self.around_eye.par_extend(near);
+            }
+        }
+        let distance = eye.abs().max_element();
         if distance > self.reach {
             self.reach = 2.0 * distance;
             (self.bvh, self.leaves) = build(self.scene, self.reach);
@@ -60,50 +95,40 @@ impl<'a> CpuRenderer<'a> {
     /// The nearest hit of the ray along `direction`.
     fn nearest(&self, frame: &Frame, direction: Vec3) -> Option<Nearest<'a>> {
         let mut nearest: Option<Nearest<'a>> = None;
-        let ray = Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
-        self.bvh.ray_traverse_anyhit(ray, |_, leaf| {
-            let order = self.leaves[leaf];
+        let mut visit = |order: [u32; 2]| {
             let object = &self.scene.objects[order[0] as usize];
-            let triangle = &object.triangles[order[1] as usize];
-            let facet = fragment::meet(frame, triangle, direction);
-            if !facet.hit {
-                return;
-            }
-            let entry = fragment::enter(&object.parameters, triangle, direction, &facet);
-            if !entry.path.enters {
-                return;
-            }
-            // Nothing behind the entry can be nearer than the entry.
-            let best = nearest.as_ref().map_or(0.0, |nearest| nearest.hit.depth);
-            if reversed_depth(frame, direction, entry.path.entry_t) < best {
-                return;
-            }
-            let texels = object.map.words();
-            let trace = match object.parameters.search {
-                SEARCH_PAPER => fragment::trace::<SEARCH_PAPER, [u32]>,
-                SEARCH_RELIEF => fragment::trace::<SEARCH_RELIEF, [u32]>,
-                _ => fragment::trace::<SEARCH_EXTRUSION, [u32]>,
+            let best = nearest
+                .as_ref()
+                .map_or(0.0, |nearest| nearest.found.hit().depth);
+            let found = if object.has_prisms() {
+                Some(find_in_prisms(object, frame, direction, order[1]))
+            } else {
+                find_behind_facet(object, frame, direction, order[1], best)
             };
-            let hit = trace(frame, &object.parameters, texels, direction, &entry);
+            let Some(found) = found else { return };
+            let hit = found.hit();
             // The order of drawing decides between equal depths, as on a GPU.
-            let wins = match &nearest {
-                _ if hit.class == CLASS_MISS => false,
-                None => hit.depth > 0.0,
-                Some(nearest) => {
-                    hit.depth > nearest.hit.depth
-                        || (hit.depth == nearest.hit.depth && order < nearest.order)
-                }
-            };
+            let wins = hit.class != CLASS_MISS
+                && match &nearest {
+                    None => hit.depth > 0.0,
+                    Some(nearest) => {
+                        hit.depth > best || (hit.depth == best && order < nearest.order)
+                    }
+                };
             if wins {
                 nearest = Some(Nearest {
-                    object: &object.parameters,
-                    texels,
-                    entry,
-                    hit,
+                    object,
+                    found,
                     order,
                 });
             }
-        });
+        };
+        for &order in &self.around_eye {
+            visit(order);
+        }
+        let ray = Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
+        self.bvh
+            .ray_traverse_anyhit(ray, |_, leaf| visit(self.leaves[leaf]));
         nearest
     }
 
@@ -129,6 +154,44 @@ impl<'a> CpuRenderer<'a> {
     }
 }
 
+/// What the ray along `direction` meets where it comes in through prism `index`.
+fn find_in_prisms(object: &PreparedObject, frame: &Frame, direction: Vec3, index: u32) -> Found {
+    let (parameters, texels) = (&object.parameters, object.map.words());
+    let shells = object.shells.as_slice();
+    Found::Prism(shell::trace(
+        frame, parameters, shells, texels, direction, index,
+    ))
+}
+
+/// What the ray along `direction` meets behind triangle `index`, if that may be
+/// as near as the depth `best`.
+fn find_behind_facet(
+    object: &PreparedObject,
+    frame: &Frame,
+    direction: Vec3,
+    index: u32,
+    best: f32,
+) -> Option<Found> {
+    let parameters = &object.parameters;
+    let triangle = &object.triangles[index as usize];
+    let facet = fragment::meet(frame, triangle, direction);
+    if !facet.hit {
+        return None;
+    }
+    let entry = fragment::enter(parameters, triangle, direction, &facet);
+    // Nothing behind the entry can be nearer than the entry.
+    if !entry.path.enters || reversed_depth(frame, direction, entry.path.entry_t) < best {
+        return None;
+    }
+    let trace = match parameters.search {
+        SEARCH_PAPER => fragment::trace::<SEARCH_PAPER, [u32]>,
+        SEARCH_RELIEF => fragment::trace::<SEARCH_RELIEF, [u32]>,
+        _ => fragment::trace::<SEARCH_EXTRUSION, [u32]>,
+    };
+    let hit = trace(frame, parameters, object.map.words(), direction, &entry);
+    Some(Found::Facet(entry, hit))
+}
+
 /// The hierarchy over all triangles of `scene`, and what its leaves are. The
 /// boxes are wider than the triangles by more than the rounding errors of the
 /// box test and of the triangle test from an eye within `reach`, so that the
@@ -137,9 +200,19 @@ fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
     let mut leaves = Vec::with_capacity(scene.triangle_count());
     let mut boxes = Vec::with_capacity(scene.triangle_count());
     for (i, object) in scene.objects.iter().enumerate() {
-        for (j, triangle) in object.triangles.iter().enumerate() {
-            let [a, b, c] = triangle.corners.map(|corner| Vec3::from(corner.position));
-            let (low, high) = (a.min(b).min(c), a.max(b).max(c));
+        let bounds: &mut dyn Iterator<Item = (Vec3, Vec3)> = if object.has_prisms() {
+            let depth = object.parameters.depth;
+            &mut object
+                .shells
+                .iter()
+                .map(move |shell| prism_bounds(shell, depth))
+        } else {
+            &mut object.triangles.iter().map(|triangle| {
+                let [a, b, c] = triangle.corners.map(|corner| Vec3::from(corner.position));
+                (a.min(b).min(c), a.max(b).max(c))
+            })
+        };
+        for (j, (low, high)) in bounds.enumerate() {
             let largest = low.abs().max(high.abs()).max_element().max(reach);
             let margin = Vec3::splat(4e-6 * largest);
             boxes.push(Aabb::new((low - margin).into(), (high + margin).into()));
@@ -159,25 +232,59 @@ fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
     (bvh, leaves)
 }
 
+/// A box around everything through which a ray may come into a prism from outside.
+fn prism_bounds(shell: &Shell, depth: f32) -> (Vec3, Vec3) {
+    let cap = cap_hull(shell);
+    let mut low = cap.into_iter().fold(cap[0], Vec3::min);
+    let mut high = cap.into_iter().fold(cap[0], Vec3::max);
+    if is_open(shell) {
+        for (point, normal) in cap.into_iter().zip(normal_hull(shell)) {
+            let floor = point - normal * depth;
+            low = low.min(floor);
+            high = high.max(floor);
+        }
+    }
+    // Rays come in up to a little beyond the sides.
+    let margin = Vec3::splat(1e-3 * (high - low).max_element());
+    let anchor = Vec3::from(shell.anchor);
+    (anchor + low - margin, anchor + high + margin)
+}
+
 impl Nearest<'_> {
     fn normal(&self, direction: Vec3) -> Vec3 {
-        fragment::normals(self.object, self.texels, direction, &self.entry, &self.hit).carved
+        let (parameters, texels) = (&self.object.parameters, self.object.map.words());
+        match &self.found {
+            Found::Facet(entry, hit) => {
+                fragment::normals(parameters, texels, direction, entry, hit).carved
+            }
+            Found::Prism(hit) => {
+                shell::normals(parameters, self.object.shells.as_slice(), texels, hit).carved
+            }
+        }
     }
 
     fn color(&self, frame: &Frame, direction: Vec3) -> Vec3 {
-        let Nearest {
-            object,
-            texels,
-            entry,
-            hit,
-            ..
-        } = self;
-        let color = if object.self_shadow != 0 {
-            fragment::color::<true, [u32]>
-        } else {
-            fragment::color::<false, [u32]>
-        };
-        color(frame, object, texels, direction, entry, hit)
+        let (parameters, texels) = (&self.object.parameters, self.object.map.words());
+        let shadow = parameters.self_shadow != 0;
+        match &self.found {
+            Found::Facet(entry, hit) => {
+                let color = if shadow {
+                    fragment::color::<true, [u32]>
+                } else {
+                    fragment::color::<false, [u32]>
+                };
+                color(frame, parameters, texels, direction, entry, hit)
+            }
+            Found::Prism(hit) => {
+                let color = if shadow {
+                    shell::color::<true, [Shell], [u32]>
+                } else {
+                    shell::color::<false, [Shell], [u32]>
+                };
+                let shells = self.object.shells.as_slice();
+                color(frame, parameters, shells, texels, direction, hit)
+            }
+        }
     }
 }
 
@@ -197,7 +304,7 @@ impl Renderer for CpuRenderer<'_> {
                 fragment::word(rgb.x),
                 fragment::word(rgb.y),
                 fragment::word(rgb.z),
-                nearest.hit.class,
+                nearest.found.hit().class,
             ];
         });
         Ok(ColorWords {
@@ -213,7 +320,7 @@ impl Renderer for CpuRenderer<'_> {
         let count = width as usize * height as usize;
         let mut both = allocate("the picture's geometry", count, ([0; 4], [0; 4]))?;
         self.for_each_pixel(frame, &mut both, |pixel, direction, nearest| {
-            let hit = &nearest.hit;
+            let hit = nearest.found.hit();
             let normal = nearest.normal(direction);
             *pixel = (
                 [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(fragment::word),

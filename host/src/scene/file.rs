@@ -68,11 +68,13 @@ struct ObjectTable {
     shape: Spanned<PathBuf>,
     repeat: Option<Spanned<[f64; 2]>>,
     depth: Option<Spanned<f64>>,
+    #[serde(default)]
+    clamp_depth: bool,
     technique: Option<Technique>,
     extension: Option<Spanned<f64>>,
     bevel: Option<Spanned<f64>>,
     chamfer: Option<Spanned<f64>>,
-    tier: Option<Tier>,
+    tier: Option<Spanned<Tier>>,
     steps: Option<Spanned<i64>>,
     bisections: Option<Spanned<i64>>,
     #[serde(default)]
@@ -306,7 +308,14 @@ fn object(
     };
     let mesh = folder.join(table.mesh.get_ref());
     let technique = technique(table);
-    let tier = table.tier.unwrap_or(Tier::Fast);
+    let tier = tier_of(table).unwrap_or(Tier::Fast);
+    if let (Tier::Accurate, Technique::Relief, Some(given)) = (tier, technique, &table.tier) {
+        return Err(check.wrong(
+            given,
+            &key("tier"),
+            "has no relief mapping; use tier = \"fast\", or another technique".to_string(),
+        ));
+    }
     // The paper's own numbers for what is the paper's.
     let (steps, bisections) = if tier == Tier::Paper || technique == Technique::Relief {
         (25, 5)
@@ -324,6 +333,7 @@ fn object(
         shape: folder.join(table.shape.get_ref()),
         repeat,
         depth,
+        clamp_depth: table.clamp_depth,
         extrusion: extrusion(check, table, technique, &key)?,
         search: if technique == Technique::Relief {
             Search::Relief
@@ -343,6 +353,11 @@ fn object(
         rotate: check.vector(&table.rotate, &key("rotate"), 1e9)?,
         translate: check.vector(&table.translate, &key("translate"), 1e9)?,
     })
+}
+
+/// The tier, if one is given.
+fn tier_of(table: &ObjectTable) -> Option<Tier> {
+    table.tier.as_ref().map(|tier| *tier.get_ref())
 }
 
 /// The technique as given, or as the parameters say.
@@ -396,7 +411,7 @@ fn extrusion(
         forbid(&table.chamfer, "chamfer", "write technique = \"chamfered\"")?;
     }
     // The paper's D is never negative, and D − e with it.
-    if let (Some(Tier::Paper), Some(extension)) = (table.tier, &table.extension)
+    if let (Some(Tier::Paper), Some(extension)) = (tier_of(table), &table.extension)
         && *extension.get_ref() < 0.0
     {
         return Err(check.wrong(

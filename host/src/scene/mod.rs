@@ -128,11 +128,13 @@ pub enum Tier {
     Fast,
     /// The paper's algorithms as printed, mistakes included.
     Paper,
+    /// From prism to prism through the shell: no holes.
+    Accurate,
 }
 
 impl Tier {
     /// Every tier.
-    pub const ALL: [Tier; 3] = [Tier::Planar, Tier::Fast, Tier::Paper];
+    pub const ALL: [Tier; 4] = [Tier::Planar, Tier::Fast, Tier::Paper, Tier::Accurate];
 
     /// What scenes call it.
     pub fn name(self) -> &'static str {
@@ -140,6 +142,7 @@ impl Tier {
             Tier::Planar => "planar",
             Tier::Fast => "fast",
             Tier::Paper => "paper",
+            Tier::Accurate => "accurate",
         }
     }
 
@@ -149,6 +152,7 @@ impl Tier {
             Tier::Planar => relievo_shared::layout::TIER_PLANAR,
             Tier::Fast => relievo_shared::layout::TIER_FAST,
             Tier::Paper => relievo_shared::layout::TIER_PAPER,
+            Tier::Accurate => relievo_shared::layout::TIER_ACCURATE,
         }
     }
 }
@@ -192,6 +196,9 @@ pub struct SceneObject {
     pub repeat: [f64; 2],
     /// S_z, world units; `None` is 4 % of the mesh's diagonal.
     pub depth: Option<f64>,
+    /// In the accurate tier, less depth where the surface bends too much for
+    /// that one, in place of an error.
+    pub clamp_depth: bool,
     /// The technique's parameters.
     pub extrusion: Extrusion,
     /// How hits are searched for.
@@ -225,10 +232,13 @@ pub struct SceneObject {
 impl SceneObject {
     /// The number of the search in the shared layouts.
     pub fn search_code(&self) -> u32 {
-        use relievo_shared::layout::{SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF};
+        use relievo_shared::layout::{
+            SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF,
+        };
         match (self.search, self.tier) {
             (Search::Relief, _) => SEARCH_RELIEF,
             (Search::Extrusion, Tier::Paper) => SEARCH_PAPER,
+            (Search::Extrusion, Tier::Accurate) => SEARCH_PRISMS,
             (Search::Extrusion, Tier::Planar | Tier::Fast) => SEARCH_EXTRUSION,
         }
     }

@@ -2,7 +2,9 @@
 
 use crate::prepare::PreparedScene;
 use crate::scene::Tier;
-use relievo_shared::layout::{Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF};
+use relievo_shared::layout::{
+    Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF,
+};
 
 /// A technique as it changes an object; lengths are width units.
 struct Technique {
@@ -73,12 +75,15 @@ pub fn for_each_variant<E>(
     scene: &mut PreparedScene,
     mut visit: impl FnMut(&PreparedScene, &str) -> Result<(), E>,
 ) -> Result<(), E> {
+    // Prisms are made for the depth, which stays.
+    scene.make_all_shells();
     let original: Vec<Object> = scene.objects.iter().map(|o| o.parameters).collect();
     let mut result = Ok(());
     for technique in &TECHNIQUES {
         for tier in Tier::ALL {
             // Relief mapping has the paths of the planar and the fast tier.
-            if result.is_err() || (technique.relief && tier == Tier::Paper) {
+            let has_relief = matches!(tier, Tier::Planar | Tier::Fast);
+            if result.is_err() || (technique.relief && !has_relief) {
                 continue;
             }
             for object in &mut scene.objects {
@@ -92,6 +97,7 @@ pub fn for_each_variant<E>(
                 parameters.search = match (technique.relief, tier) {
                     (true, _) => SEARCH_RELIEF,
                     (false, Tier::Paper) => SEARCH_PAPER,
+                    (false, Tier::Accurate) => SEARCH_PRISMS,
                     (false, _) => SEARCH_EXTRUSION,
                 };
             }

@@ -7,10 +7,11 @@ pub use relievo_bitwise::{Adapter, Module, Signature, adapters, choose};
 pub use shaders::{Choice, Shaders, canaries, signature};
 
 use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
-use crate::prepare::PreparedScene;
+use crate::prepare::{PreparedObject, PreparedScene};
 use relievo_bitwise::Device;
 use relievo_shared::layout::Frame;
 use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
 use std::mem::size_of;
 use std::time::{Duration, Instant};
 use timestamps::Timestamps;
@@ -45,35 +46,43 @@ pub struct FrameTime {
 struct GpuObject {
     bindings: wgpu::BindGroup,
     vertices: u32,
+    vertex_entry_point: &'static str,
     color_entry_point: &'static str,
     geometry_entry_point: &'static str,
 }
 
 /// Pipelines, made when they are first needed; objects that need the same
-/// entry point share one.
+/// entry points share one.
 struct Pipelines {
     module: Module,
-    vertex: wgpu::ShaderModule,
+    vertices: BTreeMap<&'static str, wgpu::ShaderModule>,
     layout: wgpu::PipelineLayout,
     made: BTreeMap<&'static str, wgpu::RenderPipeline>,
 }
 
 impl Pipelines {
     /// Makes the pipeline of a fragment shader that writes `targets` targets,
-    /// unless it is there.
+    /// and of the vertex shader that goes with it, unless it is there.
     fn make(
         &mut self,
         device: &Device,
-        entry_point: &'static str,
+        vertex: &'static str,
+        fragment: &'static str,
         targets: usize,
     ) -> Result<(), RenderError> {
-        if !self.made.contains_key(entry_point) {
-            let fragment = self.module.load(device, entry_point)?;
-            let modules = [&self.vertex, &fragment];
-            let pipeline =
-                make_pipeline(device.wgpu(), &self.layout, modules, entry_point, targets);
-            self.made.insert(entry_point, pipeline);
+        if self.made.contains_key(fragment) {
+            return Ok(());
         }
+        let placed = match self.vertices.entry(vertex) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(self.module.load(device, vertex)?),
+        };
+        let modules = [
+            (&*placed, vertex),
+            (&self.module.load(device, fragment)?, fragment),
+        ];
+        let pipeline = make_pipeline(device.wgpu(), &self.layout, modules, targets);
+        self.made.insert(fragment, pipeline);
         Ok(())
     }
 }
@@ -131,10 +140,7 @@ impl GpuRenderer {
         let largest = opened.largest_storage();
         for object in &scene.objects {
             let sizes = [
-                (
-                    "triangles",
-                    std::mem::size_of_val(object.triangles.as_slice()),
-                ),
+                ("triangles", surface_bytes(object).len()),
                 ("the shape map", std::mem::size_of_val(object.map.words())),
             ];
             for (what, bytes) in sizes {
@@ -156,7 +162,7 @@ impl GpuRenderer {
             immediate_size: 0,
         });
         let mut pipelines = Pipelines {
-            vertex: module.load(&opened, shaders::VERTEX)?,
+            vertices: BTreeMap::new(),
             module: module.clone(),
             layout: pipeline_layout,
             made: BTreeMap::new(),
@@ -188,7 +194,7 @@ impl GpuRenderer {
                 }
             };
             let parameters = storage("object", bytemuck::bytes_of(&object.parameters));
-            let triangles = storage("triangles", bytemuck::cast_slice(&object.triangles));
+            let triangles = storage("triangles", surface_bytes(object));
             let buffers = [&frame_buffer, &parameters, &triangles, &map];
             let entries: Vec<_> = (0..)
                 .zip(buffers)
@@ -202,11 +208,13 @@ impl GpuRenderer {
                 layout: &layout,
                 entries: &entries,
             });
+            let vertex_entry_point = shaders::vertex_entry_point(&object.parameters);
             let color_entry_point = shaders::color_entry_point(&object.parameters);
-            pipelines.make(&opened, color_entry_point, 1)?;
+            pipelines.make(&opened, vertex_entry_point, color_entry_point, 1)?;
             objects.push(GpuObject {
                 bindings,
                 vertices: 6 * object.triangles.len() as u32,
+                vertex_entry_point,
                 color_entry_point,
                 geometry_entry_point: shaders::geometry_entry_point(&object.parameters),
             });
@@ -255,8 +263,8 @@ impl GpuRenderer {
         let device = self.device.wgpu();
         if geometry {
             for object in &self.objects {
-                self.pipelines
-                    .make(&self.device, object.geometry_entry_point, 2)?;
+                let (vertex, fragment) = (object.vertex_entry_point, object.geometry_entry_point);
+                self.pipelines.make(&self.device, vertex, fragment, 2)?;
             }
         }
         let [width, height] = frame.size.map(|side| side as u32);
@@ -464,7 +472,16 @@ impl Targets {
     }
 }
 
-/// Four read-only storage buffers: frame, object, triangles, texels.
+/// What the shaders of `object` read of its surface: triangles, or prisms.
+fn surface_bytes(object: &PreparedObject) -> &[u8] {
+    if object.has_prisms() {
+        bytemuck::cast_slice(&object.shells)
+    } else {
+        bytemuck::cast_slice(&object.triangles)
+    }
+}
+
+/// Four read-only storage buffers: frame, object, triangles or prisms, texels.
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let entries: Vec<_> = (0..4)
         .map(|binding| wgpu::BindGroupLayoutEntry {
@@ -487,8 +504,7 @@ fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 fn make_pipeline(
     device: &wgpu::Device,
     layout: &wgpu::PipelineLayout,
-    [vertex, fragment]: [&wgpu::ShaderModule; 2],
-    entry_point: &str,
+    [vertex, fragment]: [(&wgpu::ShaderModule, &str); 2],
     targets: usize,
 ) -> wgpu::RenderPipeline {
     let target = Some(wgpu::ColorTargetState {
@@ -497,11 +513,11 @@ fn make_pipeline(
         write_mask: wgpu::ColorWrites::ALL,
     });
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(entry_point),
+        label: Some(fragment.1),
         layout: Some(layout),
         vertex: wgpu::VertexState {
-            module: vertex,
-            entry_point: Some(shaders::VERTEX),
+            module: vertex.0,
+            entry_point: Some(vertex.1),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             buffers: &[],
         },
@@ -515,8 +531,8 @@ fn make_pipeline(
         }),
         multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
-            module: fragment,
-            entry_point: Some(entry_point),
+            module: fragment.0,
+            entry_point: Some(fragment.1),
             compilation_options: wgpu::PipelineCompilationOptions::default(),
             targets: &vec![target; targets],
         }),

@@ -7,7 +7,7 @@ use relievo_kernel::canary::{self, MEANINGS};
 use relievo_kernel::{Kernel, for_each_canary, table};
 use relievo_shared::Vec3;
 use relievo_shared::for_each_kernel;
-use relievo_shared::layout::{Object, SEARCH_PAPER, SEARCH_RELIEF};
+use relievo_shared::layout::{Object, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF};
 use std::sync::LazyLock;
 
 /// The files of one folder of `assets/shaders` (see the manifest there), one for
@@ -26,11 +26,12 @@ macro_rules! files {
 
 macro_rules! renderer {
     ($folder:literal) => {
-        files!($folder: vertex
+        files!($folder: vertex vertex_prisms
             color_extrusion color_extrusion_shadow
             color_relief color_relief_shadow
             color_paper color_paper_shadow
-            geometry_extrusion geometry_relief geometry_paper)
+            color_prisms color_prisms_shadow
+            geometry_extrusion geometry_relief geometry_paper geometry_prisms)
     };
 }
 
@@ -50,8 +51,13 @@ static FAST: Files = renderer!("relievo_fast");
 static KERNELS: (Files, Files) = for_each_kernel!(kernel_files);
 static CANARY_KERNELS: (Files, Files) = for_each_canary!(kernel_files);
 
-/// The entry point of every vertex stage.
-pub(super) const VERTEX: &str = "vertex";
+/// The shader that places an object's triangles, or its prisms.
+pub(super) fn vertex_entry_point(object: &Object) -> &'static str {
+    match object.search {
+        SEARCH_PRISMS => "vertex_prisms",
+        _ => "vertex",
+    }
+}
 
 /// Every canary, with its meaning.
 static CANARIES: LazyLock<Vec<Canary>> = LazyLock::new(|| {
@@ -180,6 +186,8 @@ pub(super) fn color_entry_point(object: &Object) -> &'static str {
         (SEARCH_PAPER, true) => "color_paper_shadow",
         (SEARCH_RELIEF, false) => "color_relief",
         (SEARCH_RELIEF, true) => "color_relief_shadow",
+        (SEARCH_PRISMS, false) => "color_prisms",
+        (SEARCH_PRISMS, true) => "color_prisms_shadow",
         (_, false) => "color_extrusion",
         (_, true) => "color_extrusion_shadow",
     }
@@ -190,6 +198,7 @@ pub(super) fn geometry_entry_point(object: &Object) -> &'static str {
     match object.search {
         SEARCH_PAPER => "geometry_paper",
         SEARCH_RELIEF => "geometry_relief",
+        SEARCH_PRISMS => "geometry_prisms",
         _ => "geometry_extrusion",
     }
 }

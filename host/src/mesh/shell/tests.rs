@@ -1,0 +1,390 @@
+//! The prisms of whole meshes.
+
+use std::f64::consts::{PI, TAU};
+use std::fmt::Write;
+use std::path::Path;
+
+use glam::DVec2;
+
+use super::super::MeshOptions;
+use super::*;
+
+fn asset(name: &str) -> Mesh {
+    let path = format!("{}/../assets/meshes/{name}.obj", env!("CARGO_MANIFEST_DIR"));
+    Mesh::load(Path::new(&path), &MeshOptions::default()).unwrap()
+}
+
+fn parse(text: &str) -> Mesh {
+    Mesh::parse(text, Path::new("test.obj"), &MeshOptions::default()).unwrap()
+}
+
+/// A mesh from positions and triangles, whose corners have the normals that
+/// `normal` gives for the triangle's number and the position.
+fn mesh(
+    positions: &[DVec3],
+    triangles: &[[usize; 3]],
+    normal: impl Fn(usize, DVec3) -> DVec3,
+) -> Mesh {
+    let mut text = String::new();
+    for p in positions {
+        writeln!(text, "v {} {} {}\nvt {} {}", p.x, p.y, p.z, p.x, p.y).unwrap();
+    }
+    for (index, corners) in triangles.iter().enumerate() {
+        let mut face = String::from("f");
+        for (i, corner) in corners.iter().enumerate() {
+            let n = normal(index, positions[*corner]);
+            writeln!(text, "vn {} {} {}", n.x, n.y, n.z).unwrap();
+            let number = corner + 1;
+            write!(face, " {number}/{number}/{}", 3 * index + i + 1).unwrap();
+        }
+        writeln!(text, "{face}").unwrap();
+    }
+    parse(&text)
+}
+
+/// A sphere of radius 1 with `2 count` slices and `count` stacks, its poles cut off.
+fn sphere(count: usize) -> Mesh {
+    let columns = 2 * count;
+    let mut positions = Vec::new();
+    for row in 0..=count {
+        for column in 0..columns {
+            let (sin, cos) = (TAU * column as f64 / columns as f64).sin_cos();
+            let (rise, run) = (0.8 * PI * (row as f64 / count as f64 - 0.5)).sin_cos();
+            positions.push(DVec3::new(run * sin, rise, run * cos));
+        }
+    }
+    let mut triangles = Vec::new();
+    for row in 0..count {
+        for column in 0..columns {
+            let index = |dx: usize, dy: usize| (row + dy) * columns + (column + dx) % columns;
+            triangles.push([index(0, 0), index(1, 0), index(1, 1)]);
+            triangles.push([index(0, 0), index(1, 1), index(0, 1)]);
+        }
+    }
+    mesh(&positions, &triangles, |_, position| position)
+}
+
+/// The cube with the corners ±1; its edges are hard unless `smooth`.
+fn cube(smooth: bool) -> Mesh {
+    let positions: Vec<DVec3> = (0..8)
+        .map(|i| DVec3::from([4, 2, 1].map(|bit| if i & bit > 0 { 1.0 } else { -1.0 })))
+        .collect();
+    let quads = [
+        [0, 1, 3, 2],
+        [4, 6, 7, 5],
+        [0, 4, 5, 1],
+        [2, 3, 7, 6],
+        [0, 2, 6, 4],
+        [1, 5, 7, 3],
+    ];
+    let triangles = quads.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).concat();
+    mesh(&positions, &triangles, |index, position| {
+        let axis = index / 4;
+        let face = DVec3::AXES[axis] * position[axis];
+        if smooth { position } else { face }
+    })
+}
+
+/// A cylinder around z with radius 1 and height 1, with caps and hard rims.
+fn capped_cylinder() -> Mesh {
+    let count = 24;
+    let mut positions = vec![DVec3::ZERO, DVec3::Z];
+    for i in 0..count {
+        let (sin, cos) = (TAU * i as f64 / count as f64).sin_cos();
+        positions.extend([DVec3::new(cos, sin, 0.0), DVec3::new(cos, sin, 1.0)]);
+    }
+    let mut triangles = Vec::new();
+    for i in 0..count {
+        let [a, b] = [i, (i + 1) % count].map(|i| 2 + 2 * i);
+        triangles.extend([
+            [0, b, a],
+            [1, a + 1, b + 1],
+            [a, b, b + 1],
+            [a, b + 1, a + 1],
+        ]);
+    }
+    mesh(&positions, &triangles, |index, position| match index % 4 {
+        0 => -DVec3::Z,
+        1 => DVec3::Z,
+        _ => position.with_z(0.0),
+    })
+}
+
+/// Evenly distributed weights and fractions of a depth.
+fn samples(count: usize) -> impl Iterator<Item = (DVec2, f64)> {
+    (1..=count).map(|i| {
+        let [a, b, c] = [0.8191725, 0.6710436, 0.5497005].map(|x| (i as f64 * x).fract());
+        let w = DVec2::new(a, b);
+        (if a + b > 1.0 { DVec2::ONE - w } else { w }, c)
+    })
+}
+
+/// F at the depth d.
+fn point(shell: &MeshShell, w: DVec2, d: f64) -> DVec3 {
+    shell.anchor + shell.surface().at(w) - d * shell.normal().at(w)
+}
+
+/// On the side opposite to a corner, `share` of the way to its end.
+fn on_side(opposite: usize, share: f64) -> DVec2 {
+    let corners = quadratic::WHOLE;
+    corners[(opposite + 1) % 3].lerp(corners[(opposite + 2) % 3], share)
+}
+
+/// Side `opposite` of shell number `index`, and the neighbour's side there.
+fn links(shells: &[MeshShell]) -> impl Iterator<Item = [(usize, usize); 2]> {
+    let sides = (0..shells.len()).flat_map(|index| [0, 1, 2].map(|opposite| (index, opposite)));
+    sides.filter_map(|(index, opposite)| {
+        let link = shells[index].neighbours[opposite];
+        let other = ((link >> 2) as usize, (link & 3) as usize);
+        (link != NO_NEIGHBOUR).then_some([(index, opposite), other])
+    })
+}
+
+/// Checks that links go both ways, and returns how many there are and how many
+/// sides have none.
+fn count_links(shells: &[MeshShell]) -> (usize, usize) {
+    for [(index, opposite), (other, its_opposite)] in links(shells) {
+        let back = shells[other].neighbours[its_opposite];
+        assert_eq!(back as usize, 4 * index + opposite);
+        for share in [0.0, 1.0] {
+            let here = point(&shells[index], on_side(opposite, share), 0.0);
+            let there = point(&shells[other], on_side(its_opposite, 1.0 - share), 0.0);
+            assert!(here.distance(there) < 1e-12);
+        }
+    }
+    let count = links(shells).count();
+    (count, 3 * shells.len() - count)
+}
+
+/// The furthest that neighbours are apart on their common side down to `depth`.
+fn widest_gap(shells: &[MeshShell], depth: f64) -> f64 {
+    let mut widest: f64 = 0.0;
+    for [(index, opposite), (other, its_opposite)] in links(shells) {
+        for (w, fraction) in samples(8) {
+            let here = point(&shells[index], on_side(opposite, w.x), depth * fraction);
+            let there = point(
+                &shells[other],
+                on_side(its_opposite, 1.0 - w.x),
+                depth * fraction,
+            );
+            widest = widest.max(here.distance(there));
+        }
+    }
+    widest
+}
+
+#[test]
+fn a_sphere_is_met_to_third_order() {
+    let errors = |count| {
+        let shells = sphere(count).shells();
+        let (mut surface, mut facet): (f64, f64) = (0.0, 0.0);
+        for shell in &shells {
+            let [a, b, c] = shell.corners();
+            for (w, _) in samples(30) {
+                let on_facet = shell.anchor + a + w.x * (b - a) + w.y * (c - a);
+                facet = facet.max((on_facet.length() - 1.0).abs());
+                surface = surface.max((point(shell, w, 0.0).length() - 1.0).abs());
+            }
+            for opposite in 0..3 {
+                let normal = shell.normal().at(on_side(opposite, 0.5));
+                assert!((normal.length() - 1.0).abs() < 1e-12);
+            }
+        }
+        (surface, facet)
+    };
+    let (coarse, fine) = (errors(16), errors(32));
+    assert!(coarse.0 > 7.0 * fine.0, "{coarse:?} {fine:?}");
+    // The triangles are of second order only.
+    assert!(coarse.1 < 5.0 * fine.1, "{coarse:?} {fine:?}");
+}
+
+#[test]
+fn a_cube_with_hard_edges_has_flat_floors() {
+    let flat = |mesh: &Mesh| {
+        let mut worst: f64 = 0.0;
+        for shell in mesh.shells() {
+            let n = shell.area_normal().normalize();
+            for (w, fraction) in samples(20) {
+                worst = worst.max((point(&shell, w, fraction).dot(n) - (1.0 - fraction)).abs());
+            }
+        }
+        worst
+    };
+    let hard = cube(false);
+    assert!(flat(&hard) < 1e-12);
+    assert!(flat(&cube(true)) > 0.1);
+    let shells = hard.shells();
+    assert_eq!(count_links(&shells), (36, 0));
+    for (shell, triangle) in shells.iter().zip(&hard.triangles) {
+        // The mitre of a corner of this cube is its position.
+        assert!(shell.normal[0].distance(shell.anchor) < 1e-12);
+        let n = triangle.corners[0].normal;
+        assert!(shell.corner_normals.iter().all(|corner| *corner == n));
+        let depth = shell.largest_depth();
+        assert!((0.96..0.97).contains(&depth), "{depth}");
+    }
+}
+
+#[test]
+fn neighbours_are_found_on_both_sides() {
+    let torus = asset("torus").shells();
+    assert_eq!(count_links(&torus), (3 * torus.len(), 0));
+    // Two by two squares.
+    let plane = asset("plane").shells();
+    assert_eq!(count_links(&plane), (16, 8));
+    assert_eq!(plane[0].largest_depth(), f64::INFINITY);
+    assert_eq!(count_links(&capped_cylinder().shells()).1, 0);
+}
+
+#[test]
+fn there_are_no_neighbours_where_the_surface_is_none() {
+    let up = |_: usize, _: DVec3| DVec3::Y;
+    let positions = [
+        DVec3::ZERO,
+        DVec3::X,
+        DVec3::new(0.5, 0.2, 1.0),
+        DVec3::new(0.5, 0.0, -1.0),
+        DVec3::new(0.5, 1.0, -0.2),
+    ];
+    let pair = mesh(&positions, &[[0, 2, 1], [0, 1, 3]], up);
+    assert_eq!(count_links(&pair.shells()), (2, 4));
+    let mut turned = pair.clone();
+    turned.triangles[1].corners.swap(0, 1);
+    assert_eq!(count_links(&turned.shells()), (0, 6));
+    let fin = mesh(&positions, &[[0, 2, 1], [0, 1, 3], [0, 1, 4]], up);
+    assert_eq!(count_links(&fin.shells()), (0, 9));
+    // A sheet with two sides: its floors lie on either side of it.
+    let sheet = mesh(&positions, &[[0, 2, 1], [0, 1, 2]], |index, _| {
+        DVec3::Y * (1.0 - 2.0 * index as f64)
+    });
+    let shells = sheet.shells();
+    assert_eq!(count_links(&shells), (0, 6));
+    assert_eq!(shells[0].normal[0], DVec3::Y);
+    assert_eq!(shells[1].normal[0], -DVec3::Y);
+    // A closed bag of two triangles.
+    let bag = mesh(&positions, &[[0, 2, 1], [0, 1, 2]], |index, position| {
+        DVec3::Y * (0.9 - 1.8 * index as f64) + 0.5 * (position - DVec3::new(0.5, 0.0, 0.3))
+    });
+    assert_eq!(count_links(&bag.shells()), (6, 0));
+}
+
+#[test]
+fn neighbours_meet_on_their_common_side() {
+    for mesh in [asset("torus"), asset("blob"), capped_cylinder(), cube(true)] {
+        let shells = mesh.shells();
+        let gap = widest_gap(&shells, 0.3);
+        assert!(gap < 1e-13, "{gap:e}");
+        // Bit for bit the same E and G, where they are coefficients.
+        let mut compared = 0;
+        for [(index, opposite), (other, its_opposite)] in links(&shells) {
+            let [one, two] = [(index, opposite), (other, its_opposite)].map(|(i, side)| {
+                (side > 0).then(|| {
+                    let power = [4, 2][side - 1];
+                    (shells[i].surface[power], shells[i].normal[power + 1])
+                })
+            });
+            if let (Some(one), Some(two)) = (one, two) {
+                assert_eq!(one, two);
+                compared += 1;
+            }
+        }
+        assert!(compared > 0);
+    }
+    // Twin: the rim falls apart where every face keeps to its own normals.
+    let mesh = capped_cylinder();
+    let welded = mesh.shells();
+    let mut unwelded = mesh.clone();
+    for (index, triangle) in (0..).zip(&mut unwelded.triangles) {
+        for (i, corner) in (0..).zip(&mut triangle.corners) {
+            corner.position_index = 3 * index + i;
+        }
+    }
+    let mut apart = unwelded.shells();
+    for (shell, welded) in apart.iter_mut().zip(&welded) {
+        shell.neighbours = welded.neighbours;
+    }
+    assert!(widest_gap(&apart, 0.3) > 0.1);
+}
+
+#[test]
+fn shells_do_not_depend_on_the_order_of_triangles() {
+    let mesh = asset("blob");
+    let shells = mesh.shells();
+    let mut reversed = mesh.clone();
+    reversed.triangles.reverse();
+    let again = reversed.shells();
+    for (shell, other) in shells.iter().zip(again.iter().rev()) {
+        assert_eq!(shell.anchor, other.anchor);
+        for (a, b) in shell.surface.iter().zip(&other.surface) {
+            assert!(a.distance(*b) < 1e-15);
+        }
+    }
+    assert_eq!(shells, mesh.shells());
+}
+
+/// The determinant's share of the flat prism's at the depth d.
+fn determinant(shell: &MeshShell, w: DVec2, d: f64) -> f64 {
+    let (surface, normal) = (shell.surface(), shell.normal());
+    let ([s1, s2], [n1, n2]) = (surface.slopes(w), normal.slopes(w));
+    (s1 - d * n1).cross(s2 - d * n2).dot(normal.at(w)) / shell.area_normal().length()
+}
+
+#[test]
+fn prisms_fold_right_below_their_largest_depth() {
+    for mesh in [
+        asset("torus"),
+        asset("sphere"),
+        asset("blob"),
+        asset("saddle"),
+        asset("ellipsoid"),
+        capped_cylinder(),
+        cube(false),
+        cube(true),
+    ] {
+        let mut folding = 0;
+        for shell in mesh.shells() {
+            let depth = shell.largest_depth();
+            assert!(shell.safe_depth() <= depth * (1.0 + 1e-12));
+            if depth.is_infinite() {
+                continue;
+            }
+            assert!(depth > 0.0);
+            folding += 1;
+            let corners = quadratic::WHOLE.map(|w| (w, 0.5));
+            let least = |to: f64| {
+                samples(500)
+                    .chain(corners)
+                    .map(|(w, _)| determinant(&shell, w, to))
+                    .fold(f64::INFINITY, f64::min)
+            };
+            for (w, fraction) in samples(100) {
+                assert!(determinant(&shell, w, depth * fraction) > FOLDED);
+            }
+            assert!(least(0.9999 * depth) > FOLDED, "{depth}");
+            assert!(
+                least(1.03 * depth) < FOLDED,
+                "{depth} {}",
+                least(1.03 * depth)
+            );
+        }
+        assert!(folding > 0);
+    }
+}
+
+#[test]
+fn the_largest_depth_is_the_least_radius_of_curvature() {
+    let least = |mesh: &Mesh| {
+        let shells = mesh.shells();
+        let depths = shells.iter().map(MeshShell::largest_depth);
+        depths.fold(f64::INFINITY, f64::min)
+    };
+    let torus = least(&asset("torus"));
+    assert!((0.38..0.42).contains(&torus), "{torus}");
+    // Both curvatures: the determinant is (1 − d)².
+    let sphere = least(&asset("sphere"));
+    assert!((0.94..1.0).contains(&sphere), "{sphere}");
+    // A surface that is folded itself.
+    let mut folded = asset("torus").shells()[0];
+    folded.normal = folded.normal.map(|n| -n);
+    assert_eq!(folded.largest_depth(), 0.0);
+}

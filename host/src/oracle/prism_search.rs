@@ -1,0 +1,459 @@
+//! The search of one prism by itself, in f64, for the oracle of arbitrary
+//! meshes: the ray is followed through a hull of the whole prism, whatever it
+//! comes in through, and neighbours are not asked. It shares the prism's
+//! geometry with the product, and not the search.
+
+use glam::{DVec2, DVec3};
+use relievo_shared_f64::FAR;
+use relievo_shared_f64::arithmetic::{abs, clamp, div, max, min, sqrt};
+use relievo_shared_f64::layout::Shell;
+use relievo_shared_f64::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
+use relievo_shared_f64::prism::{Prism, State, cap_hull, normal_hull};
+use relievo_shared_f64::profile::Profile;
+use relievo_shared_f64::shape_map::{SafeStep, ShapeMap};
+
+/// How far a weight or δ may lie outside its range and still belong to the
+/// prism: neighbours overlap by more than rounding errors.
+const OVERLAP: f64 = 1e-10;
+
+/// From this δ on a point lies on the floor.
+const FLOOR: f64 = 1.0 - 10.0 * OVERLAP;
+
+/// A hit less deep than this where the ray comes into a prism is on the cap,
+/// also if it comes in through a side.
+const CAP: f64 = 1e-3;
+
+/// A ray's search of one prism.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct PrismHit {
+    /// How it ended; its `s` is t, the distance from the eye. The rest is
+    /// meaningless for a miss.
+    pub march: March,
+    /// (w1, w2, δ) at the hit.
+    pub x: DVec3,
+    /// Whether the curve could not be followed: the map folds, or steps ran out
+    /// outside the prism.
+    pub lost: bool,
+}
+
+/// Rounds of Newton's method, at most: where the ray comes into the hull, and
+/// from one step to the next.
+const FIRST_ROUNDS: u32 = 12;
+const ROUNDS: u32 = 4;
+
+/// Steps outside the prism, at most: before it and between exit and entry.
+const OUTSIDE_STEPS: u32 = 32;
+
+/// The longest step outside, as a share of the way through the hull.
+const STRIDE: f64 = 0.2;
+
+/// By how much of a weight, or of δ, the second order may be wrong from end to
+/// end of a prism, and by which share of its own bend.
+const DOUBT: f64 = 0.05;
+
+/// Bisections between the last point outside and the first one inside, where
+/// that is further inside than [`DEEP`].
+const ENTRY_BISECTIONS: u32 = 12;
+const DEEP: f64 = 1e-4;
+
+/// A prism with the hull in which it is searched.
+pub(super) struct HulledPrism {
+    prism: Prism,
+    /// The points whose convex hull holds the prism, relative to its anchor.
+    hull: [DVec3; 12],
+    /// Unit vectors across the slabs that clip a ray: the facet's normal, and
+    /// those of its sides.
+    axes: [DVec3; 4],
+}
+
+impl HulledPrism {
+    /// The prism of `shell`, `depth` object units deep.
+    pub fn new(shell: &Shell, depth: f64) -> HulledPrism {
+        let (cap, normal) = (cap_hull(shell), normal_hull(shell));
+        let facet = DVec3::from(shell.facet);
+        let (b, c) = (cap[1], cap[2]);
+        HulledPrism {
+            prism: Prism::new(shell, depth),
+            hull: std::array::from_fn(|i| match i {
+                0..6 => cap[i],
+                _ => cap[i - 6] - normal[i - 6] * depth,
+            }),
+            axes: [facet, facet.cross(b), facet.cross(c - b), facet.cross(-c)],
+        }
+    }
+
+    /// The corners of an axis-aligned box that holds the prism, relative to the
+    /// scene's origin.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let low = self.hull.into_iter().fold(self.hull[0], DVec3::min);
+        let high = self.hull.into_iter().fold(self.hull[0], DVec3::max);
+        (self.prism.anchor + low, self.prism.anchor + high)
+    }
+
+    /// Distances at which the ray from `origin` (relative to the anchor) comes
+    /// into a tight hull of the prism and leaves it. The first is larger where
+    /// it misses.
+    fn clip(&self, origin: DVec3, direction: DVec3) -> (f64, f64) {
+        self.axes.into_iter().fold((0.0, FAR), |range, axis| {
+            slab(range, &self.hull, axis, origin, direction)
+        })
+    }
+}
+
+/// The least and the largest p · `axis`.
+fn extent(points: &[DVec3; 12], axis: DVec3) -> (f64, f64) {
+    points
+        .iter()
+        .map(|point| point.dot(axis))
+        .fold((FAR, -FAR), |(low, high), at| (low.min(at), high.max(at)))
+}
+
+/// `range`, clipped to where the ray is between the extremes of `points` along
+/// `axis`, with a margin for rounding.
+fn slab(
+    range: (f64, f64),
+    points: &[DVec3; 12],
+    axis: DVec3,
+    origin: DVec3,
+    direction: DVec3,
+) -> (f64, f64) {
+    let (low, high) = extent(points, axis);
+    let margin = 1e-3 * (high - low);
+    let (low, high) = (low - margin, high + margin);
+    let at = origin.dot(axis);
+    let speed = direction.dot(axis);
+    if abs(speed) * FAR <= high - low {
+        // Parallel to the slab: in it for ever, or never.
+        return if at >= low && at <= high {
+            range
+        } else {
+            (1.0, 0.0)
+        };
+    }
+    let to_low = div(low - at, speed);
+    let to_high = div(high - at, speed);
+    (
+        max(range.0, min(to_low, to_high)),
+        min(range.1, max(to_low, to_high)),
+    )
+}
+
+/// When c + v h + ½ a h² comes up through 0, h > 0; for c ≤ 0, or c about 0 and
+/// v < 0. [`FAR`] if never.
+fn rise(c: f64, v: f64, a: f64) -> f64 {
+    let radicand = v * v - 2.0 * a * c;
+    let root = sqrt(radicand);
+    if radicand < 0.0 {
+        FAR
+    } else if v > 0.0 {
+        div(-2.0 * c, v + root)
+    } else if a > 0.0 {
+        div(root - v, a)
+    } else {
+        FAR
+    }
+}
+
+/// When the ray satisfies c ≥ 0 again: 0 where it does, and [`FAR`] if it
+/// clearly does not within the time `rest`.
+///
+/// Terms of third order are left out, so that a near miss is no miss: it is
+/// looked at again after `stride`, as is anything further away.
+fn until_within(c: f64, v: f64, a: f64, rest: f64, stride: f64) -> f64 {
+    if c >= OVERLAP || (c >= -OVERLAP && v >= 0.0) {
+        return 0.0;
+    }
+    let end = c + (v + 0.5 * a * rest) * rest;
+    // Where the curve turns back, if it does so in time.
+    let turns = v > 0.0 && v + a * rest < 0.0;
+    let highest = if turns {
+        c - 0.5 * v * div(v, a)
+    } else {
+        max(c, end)
+    };
+    let doubt = DOUBT * (1.0 + abs(a) * rest * rest);
+    if highest < -doubt {
+        FAR
+    } else {
+        min(rise(min(c, 0.0), v, a), stride)
+    }
+}
+
+/// When the ray, which satisfies c ≥ 0, leaves.
+fn until_without(c: f64, v: f64, a: f64) -> f64 {
+    rise(-max(c, 0.0), -v, -a)
+}
+
+/// [`State`] with the questions of this search.
+trait Motion {
+    /// Time until all conditions on the weights and on the cap hold; `rest` is
+    /// the time left, `stride` the longest answer but [`FAR`].
+    fn until_inside(&self, rest: f64, stride: f64) -> f64;
+    /// How far inside the nearest of the sides and the cap.
+    fn inset(&self) -> f64;
+    /// Time until a side, the cap or the floor is reached from inside.
+    fn until_outside(&self) -> f64;
+    /// x after the time `h`, in second order.
+    fn predicted(&self, h: f64) -> DVec3;
+}
+
+impl Motion for State {
+    fn until_inside(&self, rest: f64, stride: f64) -> f64 {
+        let (x, v, a) = (self.x, self.velocity, self.acceleration);
+        let w0 = until_within(1.0 - x.x - x.y, -v.x - v.y, -a.x - a.y, rest, stride);
+        let w1 = until_within(x.x, v.x, a.x, rest, stride);
+        let w2 = until_within(x.y, v.y, a.y, rest, stride);
+        let cap = until_within(x.z, v.z, a.z, rest, stride);
+        max(max(w0, w1), max(w2, cap))
+    }
+
+    fn inset(&self) -> f64 {
+        min(
+            min(1.0 - self.x.x - self.x.y, self.x.x),
+            min(self.x.y, self.x.z),
+        )
+    }
+
+    fn until_outside(&self) -> f64 {
+        let (x, v, a) = (self.x, self.velocity, self.acceleration);
+        let w0 = until_without(1.0 - x.x - x.y, -v.x - v.y, -a.x - a.y);
+        let w1 = until_without(x.x, v.x, a.x);
+        let w2 = until_without(x.y, v.y, a.y);
+        let depth = min(
+            until_without(x.z, v.z, a.z),
+            until_without(1.0 - x.z, -v.z, -a.z),
+        );
+        min(min(w0, w1), min(w2, depth))
+    }
+
+    fn predicted(&self, h: f64) -> DVec3 {
+        self.x + (self.velocity + self.acceleration * (0.5 * h)) * h
+    }
+}
+
+/// The ray, the prism and the pattern of one search.
+struct Search<'a> {
+    prism: &'a Prism,
+    profile: &'a Profile,
+    map: &'a ShapeMap,
+    texels: &'a [u32],
+    safe: SafeStep,
+    /// Where the ray comes into the hull, relative to the anchor; times count from there.
+    origin: DVec3,
+    direction: DVec3,
+}
+
+impl Search<'_> {
+    /// Where the ray is at `t`, near the parameters `guess`.
+    fn at(&self, t: f64, guess: DVec3, rounds: u32) -> (State, bool) {
+        let target = self.origin + self.direction * t;
+        let (x, jacobian) = self.prism.solve(target, guess, rounds);
+        (
+            self.prism.motion(x, &jacobian, self.direction),
+            jacobian.regular,
+        )
+    }
+
+    /// The first point inside between `outside` and `inside`, where the ray has
+    /// the state `state`, and its time.
+    fn entry(&self, state: State, outside: f64, inside: f64) -> (State, f64) {
+        let (mut state, mut outside, mut inside) = (state, outside, inside);
+        let mut rest = ENTRY_BISECTIONS;
+        while rest > 0 {
+            let middle = 0.5 * (outside + inside);
+            let (candidate, regular) = self.at(middle, state.predicted(middle - inside), ROUNDS);
+            if regular && candidate.inset() >= -OVERLAP {
+                state = candidate;
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+            rest -= 1;
+        }
+        (state, inside)
+    }
+
+    /// Distance to the pattern and its radius there, texels.
+    fn distance_and_radius(&self, x: DVec3) -> (f64, f64) {
+        (
+            self.map.distance(self.texels, self.prism.uv(x.x, x.y)),
+            self.profile.radius(clamp(x.z, 0.0, 1.0)),
+        )
+    }
+
+    /// A time within which the pattern cannot be met, if x keeps to its second
+    /// order, and at most `longest`.
+    ///
+    /// The bounds are those of the straight march, with the texels per object
+    /// unit and the growth of the radius at their largest within `longest`.
+    fn safe_time(&self, state: &State, distance: f64, radius: f64, longest: f64) -> f64 {
+        let gap = distance - radius;
+        let near = gap * self.safe.lipschitz;
+        let (far, flat) = if distance >= 1.5 {
+            let margin = self.safe.margin;
+            (
+                gap - margin,
+                distance - self.profile.largest_radius() - margin,
+            )
+        } else {
+            (0.0, 0.0)
+        };
+        let speed = self.texels(state.velocity);
+        let acceleration = self.texels(state.acceleration);
+        let reach = max(max(near, far), flat);
+        let h = min(longest, div(reach, max(speed, 1e-18)));
+        let speed = speed + acceleration * h;
+        let down = max(state.velocity.z + abs(state.acceleration.z) * h, 0.0);
+        let growth = self.profile.bevel * down;
+        let step = max(
+            max(
+                div(near, max(speed + self.safe.lipschitz * growth, 1e-18)),
+                div(far, max(speed + growth, 1e-18)),
+            ),
+            div(flat, max(speed, 1e-18)),
+        );
+        min(step, h)
+    }
+
+    /// The length in texels of a change of x.
+    fn texels(&self, change: DVec3) -> f64 {
+        let texels = self.prism.uv_change(change) * self.map.size;
+        sqrt(texels.dot(texels))
+    }
+}
+
+/// Searches `prism` for the first hit on the ray from `eye` along the unit
+/// vector `direction`.
+///
+/// The floor is solid below: a ray that comes in through a side at δ > 1 and
+/// goes down meets the floor there. One that comes up from below the floor
+/// meets nothing in this prism, as triangles are seen from their front only.
+#[allow(clippy::too_many_arguments)] // The parameters of the march, and the ray.
+pub(super) fn search(
+    hulled: &HulledPrism,
+    profile: &Profile,
+    map: &ShapeMap,
+    texels: &[u32],
+    eye: DVec3,
+    direction: DVec3,
+    linear_steps: u32,
+    binary_steps: u32,
+) -> PrismHit {
+    let mut found = PrismHit {
+        march: March {
+            end: END_MISS,
+            s: 0.0,
+            uv: DVec2::ZERO,
+            depth_fraction: 0.0,
+            steps: 0,
+        },
+        x: DVec3::ZERO,
+        lost: false,
+    };
+    let prism = &hulled.prism;
+    let from_eye = eye - prism.anchor;
+    let (enter, leave) = hulled.clip(from_eye, direction);
+    if enter >= leave {
+        return found;
+    }
+    let span = leave - enter;
+    let search = Search {
+        prism,
+        profile,
+        map,
+        texels,
+        safe: SafeStep::new(map.quantum),
+        origin: from_eye + direction * enter,
+        direction,
+    };
+    let third: f64 = 1.0 / 3.0;
+    let (mut state, mut regular) = search.at(0.0, DVec3::new(third, third, 0.5), FIRST_ROUNDS);
+    let mut t = 0.0;
+    let mut before = 0.0;
+    let mut outside_steps = 0;
+    let mut steps = 0;
+    // Whether the last point was inside: a hit is bracketed by it.
+    let mut inside = false;
+    let mut met = false;
+    let mut first = false;
+    let mut over = false;
+    // Steps this short make no progress.
+    let least = span * OVERLAP;
+    while !over {
+        let mut h = 0.0;
+        if !regular {
+            found.lost = true;
+            over = true;
+        } else {
+            let wait = state.until_inside(span - t, STRIDE * span);
+            if wait > 0.0 {
+                inside = false;
+                outside_steps += 1;
+                h = max(wait, least);
+                found.lost = outside_steps > OUTSIDE_STEPS;
+                over = found.lost || t + h > span;
+            } else {
+                first = !inside;
+                inside = true;
+                if first && t > 0.0 && state.inset() > DEEP {
+                    (state, t) = search.entry(state, before, t);
+                }
+                if state.x.z >= FLOOR {
+                    // From below, it is no hit.
+                    met = !first || state.velocity.z >= 0.0;
+                    over = true;
+                } else {
+                    let (distance, radius) = search.distance_and_radius(state.x);
+                    let tolerance = if first { 0.0 } else { TOLERANCE };
+                    met = distance - radius <= tolerance || steps >= linear_steps;
+                    over = met;
+                    if !met {
+                        steps += 1;
+                        let longest = max(min(state.until_outside(), span - t), least);
+                        h = search.safe_time(&state, distance, radius, longest);
+                        over = t >= span;
+                    }
+                }
+            }
+        }
+        if !over {
+            before = t;
+            let guess = state.predicted(h);
+            t = min(t + h, span);
+            (state, regular) = search.at(t, guess, ROUNDS);
+        }
+    }
+    found.march.steps = steps;
+    if !met {
+        return found;
+    }
+
+    let in_eye = first && enter <= 0.0 && t <= 0.0;
+    let at_cap = first && !in_eye && state.x.z <= CAP;
+    let mut bisections = if first { 0 } else { binary_steps };
+    while bisections > 0 {
+        let middle = 0.5 * (before + t);
+        let (candidate, regular) = search.at(middle, state.predicted(middle - t), ROUNDS);
+        let (distance, radius) = search.distance_and_radius(candidate.x);
+        if regular && (distance - radius <= TOLERANCE || candidate.x.z >= FLOOR) {
+            t = middle;
+            state = candidate;
+        } else {
+            before = middle;
+        }
+        bisections -= 1;
+    }
+    let x = state.x;
+    found.x = x;
+    found.march.s = enter + t;
+    found.march.uv = prism.uv(x.x, x.y);
+    found.march.depth_fraction = clamp(x.z, 0.0, 1.0);
+    found.march.end = if x.z >= FLOOR {
+        END_FLOOR
+    } else if at_cap {
+        END_CAP
+    } else {
+        END_SIDE
+    };
+    found
+}
