@@ -615,6 +615,8 @@ mod tests {
             let field = Field {
                 shells: &[shell][..],
                 depth: object.depth,
+                precision: 1e-5,
+                blur: 0.0,
                 profile: &Profile::new(&object),
                 map: &ShapeMap::new(&object),
                 texels: &[(-0.5f32).to_bits()][..],

@@ -13,7 +13,7 @@ use crate::profile::Profile;
 use crate::shadow::CLEARANCE;
 use crate::shape_map::{ShapeMap, Texels};
 use crate::walk::{self, Field, Shells};
-use crate::{Vec2, Vec3};
+use crate::{Real, Vec2, Vec3};
 
 /// What was found on a ray that comes in through one prism.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +27,9 @@ pub struct ShellHit {
     /// Prisms that the ray went through.
     pub prisms: u32,
 }
+
+/// The accurate tier follows rays with an error of this share of the depth.
+const PRECISION: Real = 1e-4;
 
 /// Searches the shell of `object` for the first hit of a ray that comes into it
 /// through prism number `home`. A hit in front of the near plane is a miss.
@@ -42,6 +45,8 @@ pub fn trace<S: Shells + ?Sized, T: Texels + ?Sized>(
     let field = Field {
         shells,
         depth: object.depth,
+        precision: PRECISION * object.depth,
+        blur: 0.0,
         profile: &Profile::new(object),
         map: &ShapeMap::new(object),
         texels,
@@ -155,6 +160,8 @@ fn lit<S: Shells + ?Sized, T: Texels + ?Sized>(
     let field = Field {
         shells,
         depth: object.depth,
+        precision: PRECISION * object.depth,
+        blur: 0.0,
         profile: &Profile::new(object),
         map: &map,
         texels,

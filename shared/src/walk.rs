@@ -13,7 +13,7 @@ use crate::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
 use crate::prism::{Prism, State, is_near};
 use crate::profile::Profile;
 use crate::shape_map::{SafeStep, ShapeMap, Texels};
-use crate::{FAR, Real, Vec3};
+use crate::{FAR, Real, Vec2, Vec3};
 
 /// Where the prisms of an object lie: a storage buffer, a slice.
 pub trait Shells {
@@ -50,35 +50,36 @@ const SIDE: Real = 0.5 * OVERLAP;
 /// From this δ on a point lies on the floor.
 const FLOOR: Real = 1.0 - 10.0 * OVERLAP;
 
-/// A ray has come in through a side, or the cap, where the weight, or δ, is
-/// not larger than this.
+/// A ray is at an opening where its weight, or δ for the cap, is this near to 0.
+const ARRIVED: Real = 5.0 * OVERLAP;
+
+/// An opening is taken for reached after [`TRIES`] within this.
 const THRESHOLD: Real = 1e-3;
+const TRIES: u32 = 6;
 
 /// Rounds of Newton's method, at most: where the ray comes into the hull, and
 /// from one step to the next.
 const FIRST_ROUNDS: u32 = 12;
 const ROUNDS: u32 = 4;
 
-/// Steps outside the prism, at most: before it and between exit and entry.
+/// Steps until the ray comes in, at most.
 const OUTSIDE_STEPS: u32 = 32;
-
-/// The longest step outside, as a share of the way through the hull.
-const STRIDE: Real = 0.2;
 
 /// By how much of a weight, or of δ, the second order may be wrong from end to
 /// end of a prism, and by which share of its own bend.
 const DOUBT: Real = 0.05;
 
-/// Steps back, at most, from a point that is further inside than [`DEEP`] to
-/// where the ray came in.
-const STEPS_BACK: u32 = 4;
-const DEEP: Real = 1e-4;
+/// Steps that end at a side or on the floor go this much beyond it, so that
+/// another one is not needed to get there.
+const STRETCH: Real = 1.01;
 
 /// Sides between prisms that one ray crosses, at most.
 const CROSSINGS: u32 = 4096;
 
-/// No side.
-const NONE: u32 = 3;
+/// The cap among the openings; the sides have the numbers of their corners.
+const CAP: u32 = 3;
+/// No side, and no opening.
+const NONE: u32 = 4;
 
 /// The eye is looked at.
 const AT_EYE: u32 = 0;
@@ -108,6 +109,11 @@ pub struct Field<'a, S: Shells + ?Sized, T: Texels + ?Sized> {
     pub shells: &'a S,
     /// S_z, object units.
     pub depth: Real,
+    /// By how much the ray may be off its place in the prisms while it is
+    /// followed, object units; where it ends is exact.
+    pub precision: Real,
+    /// What is added to that per unit of distance from the ray's origin.
+    pub blur: Real,
     /// The extrusion.
     pub profile: &'a Profile,
     /// The pattern.
@@ -137,29 +143,26 @@ fn rise(c: Real, v: Real, a: Real) -> Real {
     div(over, under)
 }
 
-/// When the ray satisfies c ≥ 0 again, up to `overlap`: 0 where it does, and
-/// [`FAR`] if it clearly does not within the time `rest`.
+/// When c + v h + ½ a h² next comes up through 0; [`FAR`] if it clearly does not
+/// within the time `rest`.
 ///
-/// Terms of third order are left out, so that a near miss is no miss: it is
-/// looked at again after `stride`, as is anything further away.
+/// Terms of third order are left out, so that a near miss is no miss: its
+/// highest point is the answer then.
 #[inline]
-fn until_within(c: Real, v: Real, a: Real, overlap: Real, rest: Real, stride: Real) -> Real {
-    if c >= overlap || (c >= -overlap && v >= 0.0) {
-        return 0.0;
+fn until_opened(c: Real, v: Real, a: Real, rest: Real) -> Real {
+    if c > 0.0 && v > 0.0 {
+        return FAR;
     }
-    let end = c + (v + 0.5 * a * rest) * rest;
-    // Where the curve turns back, if it does so in time.
-    let turns = v > 0.0 && v + a * rest < 0.0;
-    let highest = if turns {
-        c - 0.5 * v * div(v, a)
-    } else {
-        max(c, end)
-    };
+    let time = rise(c, v, a);
+    if time < FAR || v <= 0.0 {
+        return time;
+    }
+    let summit = div(-v, a);
     let doubt = DOUBT * (1.0 + abs(a) * rest * rest);
-    if highest < -doubt {
-        FAR
+    if c + 0.5 * v * summit > -doubt {
+        summit
     } else {
-        min(rise(min(c, 0.0), v, a), stride)
+        FAR
     }
 }
 
@@ -178,6 +181,19 @@ fn pick(v: Vec3, i: u32) -> Real {
         v.y
     } else {
         v.z
+    }
+}
+
+/// What lies beyond side `side`.
+#[inline]
+fn link_of(neighbours: [u32; 3], side: u32) -> u32 {
+    let [first, second, third] = neighbours;
+    if side == 0 {
+        first
+    } else if side == 1 {
+        second
+    } else {
+        third
     }
 }
 
@@ -215,19 +231,82 @@ fn across(x: Vec3, side: u32, other: u32) -> Vec3 {
 }
 
 impl State {
-    /// Time until all conditions on the weights and on the cap hold; `rest` is
-    /// the time left, `stride` the longest answer but [`FAR`].
+    /// What becomes 0 at opening `opening`, and its two derivatives.
     #[inline]
-    fn until_inside(&self, overlap: Real, rest: Real, stride: Real) -> Real {
+    fn at_opening(&self, opening: u32) -> (Real, Real, Real) {
+        if opening == CAP {
+            return (self.x.z, self.velocity.z, self.acceleration.z);
+        }
+        (
+            pick(weights(self.x, 1.0), opening),
+            pick(weights(self.velocity, 0.0), opening),
+            pick(weights(self.acceleration, 0.0), opening),
+        )
+    }
+
+    /// Whether the ray comes into the prism here, through `opening`, up to
+    /// `overlap`.
+    #[inline]
+    fn comes_in(&self, opening: u32, overlap: Real) -> bool {
+        let (c, v, _) = self.at_opening(opening);
+        if v <= 0.0 {
+            return false;
+        }
+        // The opening is not quite where this is.
+        let early = abs(div(c, v));
         let w = weights(self.x, 1.0);
-        let v = weights(self.velocity, 0.0);
+        let change = weights(self.velocity, 0.0);
+        let slack = |w: Real, change: Real| w >= -overlap - abs(change) * early;
+        (opening == 0 || slack(w.x, change.x))
+            && (opening == 1 || slack(w.y, change.y))
+            && (opening == 2 || slack(w.z, change.z))
+            && (opening == CAP || slack(self.x.z, self.velocity.z))
+            && self.x.z < FLOOR
+    }
+
+    /// The time until the next opening is reached, and which it is; [`FAR`] if
+    /// none is within the time `rest`. `passed` is the one where the ray is.
+    #[inline]
+    fn next_opening(&self, neighbours: [u32; 3], passed: u32, rest: Real) -> (Real, u32) {
+        let mut time = FAR;
+        let mut opening = NONE;
+        if passed != CAP || self.velocity.z <= 0.0 {
+            let (c, v, a) = self.at_opening(CAP);
+            time = until_opened(c, v, a, rest);
+            opening = CAP;
+        }
+        let [first, second, third] = neighbours;
+        if first == NO_NEIGHBOUR {
+            (time, opening) = self.earlier(0, passed, rest, (time, opening));
+        }
+        if second == NO_NEIGHBOUR {
+            (time, opening) = self.earlier(1, passed, rest, (time, opening));
+        }
+        if third == NO_NEIGHBOUR {
+            (time, opening) = self.earlier(2, passed, rest, (time, opening));
+        }
+        (time, opening)
+    }
+
+    /// `best`, or `side` if that is reached earlier.
+    #[inline]
+    fn earlier(&self, side: u32, passed: u32, rest: Real, best: (Real, u32)) -> (Real, u32) {
+        let (c, v, a) = self.at_opening(side);
+        if passed == side && v > 0.0 {
+            return best;
+        }
+        let time = until_opened(c, v, a, rest);
+        if time < best.0 { (time, side) } else { best }
+    }
+
+    /// Whether the ray is clearly beside the triangle after the time `h`.
+    #[inline]
+    fn passes_by(&self, h: Real) -> bool {
+        let x = self.predicted(h);
+        let w = weights(x, 1.0);
         let a = weights(self.acceleration, 0.0);
-        let first = until_within(w.x, v.x, a.x, overlap, rest, stride);
-        let second = until_within(w.y, v.y, a.y, overlap, rest, stride);
-        let third = until_within(w.z, v.z, a.z, overlap, rest, stride);
-        let (c, v, a) = (self.x.z, self.velocity.z, self.acceleration.z);
-        let cap = until_within(c, v, a, overlap, rest, stride);
-        max(max(first, second), max(third, cap))
+        let doubt = |a: Real| DOUBT * (1.0 + abs(a) * h * h);
+        w.x < -doubt(a.x) || w.y < -doubt(a.y) || w.z < -doubt(a.z)
     }
 
     /// How far inside the nearest of the sides and the cap.
@@ -237,44 +316,58 @@ impl State {
         min(min(w.x, w.y), min(w.z, self.x.z))
     }
 
-    /// Time until a side, the cap or the floor is reached from inside.
+    /// The condition that x violates most, as something that ought to be
+    /// positive, and its two derivatives.
     #[inline]
-    fn until_outside(&self) -> Real {
-        let w = weights(self.x, 1.0);
-        let v = weights(self.velocity, 0.0);
-        let a = weights(self.acceleration, 0.0);
-        let sides = min(
-            until_without(w.x, v.x, a.x),
-            min(until_without(w.y, v.y, a.y), until_without(w.z, v.z, a.z)),
+    fn most_violated(&self, x: Vec3) -> (Real, Vec3) {
+        let w = weights(x, 1.0);
+        let mut least = w.x;
+        let mut which = Vec3::new(
+            1.0 - self.x.x - self.x.y,
+            -self.velocity.x - self.velocity.y,
+            -self.acceleration.x - self.acceleration.y,
         );
-        let (c, v, a) = (self.x.z, self.velocity.z, self.acceleration.z);
-        min(
-            sides,
-            min(until_without(c, v, a), until_without(1.0 - c, -v, -a)),
-        )
+        if w.y < least {
+            least = w.y;
+            which = Vec3::new(self.x.x, self.velocity.x, self.acceleration.x);
+        }
+        if w.z < least {
+            least = w.z;
+            which = Vec3::new(self.x.y, self.velocity.y, self.acceleration.y);
+        }
+        if x.z < least {
+            least = x.z;
+            which = Vec3::new(self.x.z, self.velocity.z, self.acceleration.z);
+        }
+        if 1.0 - x.z < least {
+            least = 1.0 - x.z;
+            which = Vec3::new(1.0 - self.x.z, -self.velocity.z, -self.acceleration.z);
+        }
+        (least, which)
     }
 
-    /// Time since a side or the cap was passed, from inside.
+    /// `time`, or a little more than the time until a side, the cap or the
+    /// floor is reached from inside.
     #[inline]
-    fn since_outside(&self) -> Real {
-        let backwards = State {
-            velocity: -self.velocity,
-            ..*self
-        };
-        let w = weights(backwards.x, 1.0);
-        let v = weights(backwards.velocity, 0.0);
-        let a = weights(backwards.acceleration, 0.0);
-        min(
-            min(until_without(w.x, v.x, a.x), until_without(w.y, v.y, a.y)),
-            min(
-                until_without(w.z, v.z, a.z),
-                until_without(
-                    backwards.x.z,
-                    backwards.velocity.z,
-                    backwards.acceleration.z,
-                ),
-            ),
-        )
+    fn until_outside(&self, time: Real) -> Real {
+        let mut h = time;
+        // Over the deepest point, which may lie on the floor.
+        if self.velocity.z > 0.0 && self.velocity.z + self.acceleration.z * h < 0.0 {
+            h = div(-self.velocity.z, self.acceleration.z);
+        }
+        let mut rest = 4;
+        let mut stretch = 1.0;
+        while rest > 0 {
+            let (least, which) = self.most_violated(self.predicted(h));
+            rest -= 1;
+            if least < -SIDE {
+                h = min(h, until_without(which.x, which.y, which.z));
+                stretch = STRETCH;
+            } else {
+                rest = 0;
+            }
+        }
+        h * stretch
     }
 
     /// The side through which the ray goes out, if it is there, but not `but`.
@@ -298,17 +391,12 @@ impl State {
         side
     }
 
-    /// Whether the ray has come in from outside the shell, and not from a
-    /// neighbour or from below, if it has come in right here.
+    /// Whether the ray was on the floor already where it went out through `side`.
     #[inline]
-    fn comes_from_outside(&self, neighbours: [u32; 3]) -> bool {
-        let w = weights(self.x, 1.0);
-        let v = weights(self.velocity, 0.0);
-        let cap = self.x.z <= THRESHOLD && self.velocity.z > 0.0;
-        let side = (neighbours[0] == NO_NEIGHBOUR && w.x <= THRESHOLD && v.x > 0.0)
-            || (neighbours[1] == NO_NEIGHBOUR && w.y <= THRESHOLD && v.y > 0.0)
-            || (neighbours[2] == NO_NEIGHBOUR && w.z <= THRESHOLD && v.z > 0.0);
-        (cap || side) && self.x.z < FLOOR
+    fn was_on_floor(&self, side: u32) -> bool {
+        let (w, v, _) = self.at_opening(side);
+        let then = self.x.z - self.velocity.z * div(w, v);
+        self.velocity.z >= 0.0 && then >= FLOOR
     }
 
     /// x after the time `h`, in second order.
@@ -337,8 +425,9 @@ fn clip(
             (1.0, 0.0)
         };
     }
-    let to_low = div(slab.low - at, speed);
-    let to_high = div(slab.high - at, speed);
+    let slowness = div(1.0, speed);
+    let to_low = (slab.low - at) * slowness;
+    let to_high = (slab.high - at) * slowness;
     (
         max(range.0, min(to_low, to_high)),
         min(range.1, max(to_low, to_high)),
@@ -358,6 +447,11 @@ struct Traveller {
     state: State,
     /// Whether the prism can be followed there.
     regular: bool,
+    /// Time since the state was exact.
+    since: Real,
+    /// The error of the second order, object units, per cube of the time;
+    /// [`FAR`] where it is not known.
+    cubic: Real,
 }
 
 impl Traveller {
@@ -376,17 +470,44 @@ impl Traveller {
                 acceleration: Vec3::ZERO,
             },
             regular: false,
+            since: 0.0,
+            cubic: FAR,
         }
     }
 
-    /// Moves to `t`, near the parameters `guess`.
+    /// Moves to `t`, near the parameters `guess`, and is exact there.
     #[inline]
     fn go(&mut self, t: Real, guess: Vec3, rounds: u32) {
         let target = self.origin + self.direction * t;
-        let (x, jacobian) = self.prism.solve(target, guess, rounds);
+        let found = self.prism.solve(target, guess, rounds);
+        let time = self.since + abs(t - self.t);
+        if time > 0.0 {
+            let cubic = div(found.first, time * time * time);
+            // One guess that was right by chance does not count for all.
+            let known = if self.cubic < FAR { self.cubic } else { 0.0 };
+            self.cubic = max(cubic, 0.5 * known);
+        }
         self.t = t;
-        self.state = self.prism.motion(x, &jacobian, self.direction);
-        self.regular = jacobian.regular;
+        self.state = self.prism.motion(found.x, &found.jacobian, self.direction);
+        self.regular = found.jacobian.regular;
+        self.since = 0.0;
+    }
+
+    /// Whether the second order is good enough after the time `h` more, with an
+    /// error of at most `precision`.
+    #[inline]
+    fn may_glide(&self, h: Real, precision: Real) -> bool {
+        let time = self.since + h;
+        self.cubic * (time * time) * time <= precision
+    }
+
+    /// Moves on by `h` in second order.
+    #[inline]
+    fn glide(&mut self, h: Real) {
+        self.t += h;
+        self.since += h;
+        self.state.x = self.state.predicted(h);
+        self.state.velocity += self.state.acceleration * h;
     }
 }
 
@@ -408,10 +529,10 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
     }
 
     /// A time within which the pattern cannot be met, if x keeps to its second
-    /// order, and at most `longest`.
+    /// order; where the prism is left before, not much longer than until then.
     ///
     /// The bounds are those of the straight march, with the texels per object
-    /// unit and the growth of the radius at their largest within `longest`.
+    /// unit and the growth of the radius at their largest within that time.
     #[inline]
     fn safe_time(
         &self,
@@ -419,7 +540,7 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         traveller: &Traveller,
         distance: Real,
         radius: Real,
-        longest: Real,
+        least: Real,
     ) -> Real {
         let state = &traveller.state;
         let gap = distance - radius;
@@ -432,29 +553,41 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         } else {
             (0.0, 0.0)
         };
-        let speed = self.texels(&traveller.prism, state.velocity);
-        let acceleration = self.texels(&traveller.prism, state.acceleration);
+        let speed = max(self.texels(&traveller.prism, state.velocity), 1e-18);
+        let slowness = div(1.0, speed);
         let reach = max(max(near, far), flat);
-        let h = min(longest, div(reach, max(speed, 1e-18)));
-        let speed = speed + acceleration * h;
-        let down = max(state.velocity.z + abs(state.acceleration.z) * h, 0.0);
-        let growth = self.profile.bevel * down;
-        let step = max(
+        let h = max(state.until_outside(reach * slowness), least);
+        // The speed at the end, at most, is (1 + faster) times that at the start.
+        let texels = traveller.prism.uv_change(state.acceleration) * self.map.size;
+        let faster = (abs(texels.x) + abs(texels.y)) * h * slowness;
+        let slowness = if faster < 0.25 {
+            slowness * (1.0 - faster)
+        } else {
+            div(slowness, 1.0 + faster)
+        };
+        let step = if self.profile.bevel > 0.0 {
+            let down = max(state.velocity.z + abs(state.acceleration.z) * h, 0.0);
+            let growth = self.profile.bevel * down * slowness;
             max(
-                div(near, max(speed + safe.lipschitz * growth, 1e-18)),
-                div(far, max(speed + growth, 1e-18)),
-            ),
-            div(flat, max(speed, 1e-18)),
-        );
-        min(step, h)
+                max(
+                    div(near * slowness, 1.0 + safe.lipschitz * growth),
+                    div(far * slowness, 1.0 + growth),
+                ),
+                flat * slowness,
+            )
+        } else {
+            reach * slowness
+        };
+        max(min(step, h), least)
     }
 
-    /// Runs `start`, in the phase `phase` of its search, to its end.
+    /// Runs `start`, in the phase `phase` of its search, to its end; `hull` is
+    /// that of [`hull_of`], if it is sought.
     ///
     /// All phases share one loop with one place where the ray moves, so that a
     /// shader holds Newton's method once.
     #[inline]
-    fn run(&self, start: Traveller, phase: u32) -> Found {
+    fn run(&self, start: Traveller, phase: u32, hull: (Real, Real)) -> Found {
         let mut at = start;
         let mut phase = phase;
         let home = at.index;
@@ -469,23 +602,23 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let mut guess = at.state.x;
         let mut rounds = ROUNDS;
         // Where times count from, and the time in the hull.
-        let mut enter = 0.0;
-        let mut span = 0.0;
+        let (mut enter, mut span) = hull;
         let mut in_shell = false;
         let mut over = false;
+        let mut glides = false;
         if phase == AT_EYE {
             guess = Vec3::new(third, third, 0.5);
             rounds = FIRST_ROUNDS;
         } else if phase == SEEKING {
-            (at, enter, span) = into_hull(shell, &at);
+            // Times count from there, to save digits.
+            at.origin += at.direction * enter;
             guess = Vec3::new(third, third, 0.0);
             rounds = FIRST_ROUNDS;
-            over = span <= 0.0;
         }
 
         // While it is sought.
-        let mut was_outside = false;
-        let mut steps_back = 0;
+        let mut opening = NONE;
+        let mut tries = 0;
         // While it is followed.
         let least = OVERLAP * shell.radius;
         let mut before = 0.0;
@@ -497,7 +630,12 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let mut met = false;
         let mut turns = 0;
         while !over {
-            at.go(t, guess, rounds);
+            if glides {
+                at.glide(t - at.t);
+            } else {
+                at.go(t, guess, rounds);
+            }
+            glides = false;
             rounds = ROUNDS;
             turns += 1;
             let mut h = 0.0;
@@ -507,10 +645,11 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 if in_shell {
                     phase = FOLLOWING;
                 } else {
-                    at.origin = start.origin;
-                    (at, enter, span) = into_hull(shell, &at);
+                    (enter, span) = hull_of(shell, at.origin, at.direction);
                     over = span <= 0.0;
+                    at.origin += at.direction * enter;
                     phase = SEEKING;
+                    at.cubic = FAR;
                     moves = false;
                     t = 0.0;
                     guess = Vec3::new(third, third, 0.0);
@@ -519,75 +658,78 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             } else if !at.regular {
                 over = true;
             } else if phase == SEEKING {
-                let wait = at.state.until_inside(overlap, span - at.t, STRIDE * span);
+                let (c, v, a) = at.state.at_opening(opening);
+                let off = if tries < TRIES { ARRIVED } else { THRESHOLD };
+                let arrived = opening != NONE && abs(c) <= off;
                 // Steps this short make no progress.
                 let shortest = span * OVERLAP;
-                if wait > 0.0 {
-                    was_outside = true;
-                    h = max(wait, shortest);
-                } else if was_outside && at.state.inset() > DEEP && steps_back < STEPS_BACK {
-                    steps_back += 1;
-                    h = -min(at.state.since_outside(), STRIDE * span);
+                // There by the second order, if it was passed within the hull.
+                let there = if opening == NONE || arrived {
+                    FAR
+                } else if c > 0.0 {
+                    -until_without(c, -v, a)
                 } else {
-                    was_outside = false;
-                    steps_back = 0;
-                    if at.state.comes_from_outside(shell.neighbours) {
-                        phase = FOLLOWING;
-                        turns = 0;
-                    } else {
-                        h = max(at.state.until_outside(), shortest);
-                    }
+                    until_opened(c, v, a, span - at.t)
+                };
+                let near = at.t + there > -shortest && there < FAR;
+                if arrived && at.state.comes_in(opening, overlap) {
+                    phase = FOLLOWING;
+                    turns = 0;
+                } else if opening != NONE && !arrived && tries < TRIES && near {
+                    tries += 1;
+                    h = there;
+                } else {
+                    let passed = if arrived { opening } else { NONE };
+                    (h, opening) = at.state.next_opening(shell.neighbours, passed, span - at.t);
+                    tries = 0;
                 }
-                over = phase == SEEKING && (turns > OUTSIDE_STEPS || at.t + h > span);
+                over = phase == SEEKING
+                    && (turns > OUTSIDE_STEPS
+                        || at.t + h > span
+                        || (opening == CAP && at.state.passes_by(h)));
+                h = if abs(h) < shortest { shortest } else { h };
             }
 
             if !over && phase == FOLLOWING {
                 let side = at.state.side_left(came_through);
                 let x = at.state.x;
-                if side != NONE {
-                    let [first_link, second_link, third_link] =
-                        self.shells.shell(at.index).neighbours;
-                    let link = if side == 0 {
-                        first_link
-                    } else if side == 1 {
-                        second_link
-                    } else {
-                        third_link
-                    };
-                    if link == NO_NEIGHBOUR {
-                        over = true;
-                    } else {
-                        came_through = link & 3;
-                        at.index = link >> 2;
-                        let prism = Prism::new(self.shells.shell(at.index), self.depth);
-                        at.origin += at.prism.anchor - prism.anchor;
-                        at.prism = prism;
-                        prisms += 1;
-                        moves = false;
-                        t = at.t;
-                        guess = across(x, side, came_through);
-                        // Parameters mean nothing behind the side.
-                        before = t;
-                        met = turns > self.linear_steps + CROSSINGS;
-                        over = met;
-                    }
-                } else if x.z < SIDE && at.state.velocity.z < 0.0 {
-                    over = true;
+                let is_exact = at.since <= 0.0;
+                let link = link_of(self.shells.shell(at.index).neighbours, side);
+                if side != NONE && link != NO_NEIGHBOUR {
+                    came_through = link & 3;
+                    at.index = link >> 2;
+                    let prism = Prism::new(self.shells.shell(at.index), self.depth);
+                    at.origin += at.prism.anchor - prism.anchor;
+                    at.prism = prism;
+                    prisms += 1;
+                    moves = false;
+                    t = at.t;
+                    guess = across(x, side, came_through);
+                    at.since = 0.0;
+                    // Parameters mean nothing behind the side.
+                    before = t;
+                    met = turns > self.linear_steps + CROSSINGS;
+                    over = met;
+                } else if side != NONE || (x.z < SIDE && at.state.velocity.z < 0.0) {
+                    // Steps go a little too far: the floor may have come first.
+                    met = is_exact && side != NONE && at.state.was_on_floor(side);
+                    over = is_exact;
                 } else if x.z >= FLOOR && at.state.velocity.z >= 0.0 {
-                    met = true;
-                    over = true;
+                    met = is_exact;
+                    over = is_exact;
                 } else {
                     let (distance, radius) = self.distance_and_radius(&at.prism, x);
                     let tolerance = if first { 0.0 } else { TOLERANCE };
-                    met = distance - radius <= tolerance || steps >= self.linear_steps;
+                    let near = distance - radius <= tolerance || steps >= self.linear_steps;
+                    met = near && is_exact;
                     over = met;
-                    if !met {
+                    if !near {
                         steps += 1;
                         first = false;
-                        let longest = max(at.state.until_outside(), least);
-                        h = max(self.safe_time(&safe, &at, distance, radius, longest), least);
+                        h = self.safe_time(&safe, &at, distance, radius, least);
                         before = at.t;
                         came_through = NONE;
+                        glides = at.may_glide(h, self.precision + self.blur * (enter + at.t));
                     }
                 }
             }
@@ -597,13 +739,26 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             }
         }
 
-        let mut bisections = if met && !first { self.binary_steps } else { 0 };
         let mut t = at.t;
+        let on_floor = met && at.state.x.z >= FLOOR;
+        if on_floor {
+            let (z, v, a) = (at.state.x.z, at.state.velocity.z, at.state.acceleration.z);
+            // Back to where it was reached, or the little on.
+            let back = rise(1.0 - z, v, -a);
+            if back < FAR {
+                t -= clamp(back, -least, max(t - before, 0.0));
+            }
+        }
+        let mut bisections = if met && !first && !on_floor {
+            self.binary_steps
+        } else {
+            0
+        };
         while bisections > 0 {
             let middle = 0.5 * (before + t);
             let x = at.state.predicted(middle - at.t);
             let (distance, radius) = self.distance_and_radius(&at.prism, x);
-            if distance - radius <= TOLERANCE || x.z >= FLOOR {
+            if distance - radius <= TOLERANCE {
                 t = middle;
             } else {
                 before = middle;
@@ -617,7 +772,7 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             march: March {
                 end: if !met {
                     END_MISS
-                } else if x.z >= FLOOR {
+                } else if on_floor {
                     END_FLOOR
                 } else if on_cap {
                     END_CAP
@@ -636,19 +791,17 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
     }
 }
 
-/// Moves the origin of `traveller`, who is in the prism of `shell`, to where the
-/// ray comes into the hull, to save digits; with the distance to there and the
-/// length of the way through the hull, which is 0 where the ray misses it.
+/// Where the ray from `origin`, relative to the anchor of `shell`, comes into
+/// the hull, and the length of its way there, which is not positive where it
+/// misses the hull.
 #[inline]
-fn into_hull(shell: &Shell, traveller: &Traveller) -> (Traveller, Real, Real) {
-    let mut at = *traveller;
+fn hull_of(shell: &Shell, origin: Vec3, direction: Vec3) -> (Real, Real) {
     let mut range = (0.0, FAR);
-    range = clip(range, &shell.slabs[0], at.origin, at.direction);
-    range = clip(range, &shell.slabs[1], at.origin, at.direction);
-    range = clip(range, &shell.slabs[2], at.origin, at.direction);
-    range = clip(range, &shell.slabs[3], at.origin, at.direction);
-    at.origin += at.direction * range.0;
-    (at, range.0, range.1 - range.0)
+    range = clip(range, &shell.slabs[0], origin, direction);
+    range = clip(range, &shell.slabs[1], origin, direction);
+    range = clip(range, &shell.slabs[2], origin, direction);
+    range = clip(range, &shell.slabs[3], origin, direction);
+    (range.0, range.1 - range.0)
 }
 
 /// Searches for the first hit on the ray from `eye` along the unit vector
@@ -662,16 +815,29 @@ pub fn search<S: Shells + ?Sized, T: Texels + ?Sized>(
 ) -> Found {
     let shell = field.shells.shell(home);
     let origin = eye - vec3(shell.anchor);
-    let phase = if is_near(shell, origin) {
-        AT_EYE
-    } else {
-        SEEKING
-    };
+    let mut phase = AT_EYE;
+    let mut hull = (0.0, 0.0);
+    if !is_near(shell, origin) {
+        phase = SEEKING;
+        hull = hull_of(shell, origin, direction);
+        if hull.1 <= 0.0 {
+            return Found {
+                march: March {
+                    end: END_MISS,
+                    s: 0.0,
+                    uv: Vec2::ZERO,
+                    depth_fraction: 0.0,
+                    steps: 0,
+                },
+                prism: home,
+                x: Vec3::ZERO,
+                prisms: 0,
+            };
+        }
+    }
     let prism = Prism::new(shell, field.depth);
-    field.run(
-        Traveller::new(home, prism, origin, direction, Vec3::ZERO),
-        phase,
-    )
+    let start = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
+    field.run(start, phase, hull)
 }
 
 /// Whether a ray along the unit vector `direction` that starts in the shell, at
@@ -688,14 +854,13 @@ pub fn leaves<S: Shells + ?Sized, T: Texels + ?Sized>(
     let prism = Prism::new(field.shells.shell(home), field.depth);
     let origin = prism.point(x) + offset;
     let start = Traveller::new(home, prism, origin, direction, x);
-    field.run(start, FOLLOWING).march.end == END_MISS
+    field.run(start, FOLLOWING, (0.0, 0.0)).march.end == END_MISS
 }
 
 #[cfg(test)]
 #[allow(clippy::disallowed_methods)] // Never compiled for a device.
 mod tests {
     use super::*;
-    use crate::Vec2;
     use crate::layout::{FORMAT_FLOAT, Object};
     use crate::prism::tests::test_shell;
 
@@ -748,6 +913,8 @@ mod tests {
         run(&Field {
             shells,
             depth: object.depth,
+            precision: 1e-5,
+            blur: 0.0,
             profile: &Profile::new(&object),
             map: &ShapeMap::new(&object),
             texels: &TEXELS.map(f32::to_bits)[..],

@@ -19,6 +19,9 @@ const OVERLAP: f64 = 1e-10;
 /// From this δ on a point lies on the floor.
 const FLOOR: f64 = 1.0 - 10.0 * OVERLAP;
 
+/// Up to this δ a ray may come in below the floor and still meet it.
+const BELOW: f64 = 1.0 + 1e-6;
+
 /// A hit less deep than this where the ray comes into a prism is on the cap,
 /// also if it comes in through a side.
 const CAP: f64 = 1e-3;
@@ -247,11 +250,9 @@ impl Search<'_> {
     /// Where the ray is at `t`, near the parameters `guess`.
     fn at(&self, t: f64, guess: DVec3, rounds: u32) -> (State, bool) {
         let target = self.origin + self.direction * t;
-        let (x, jacobian) = self.prism.solve(target, guess, rounds);
-        (
-            self.prism.motion(x, &jacobian, self.direction),
-            jacobian.regular,
-        )
+        let found = self.prism.solve(target, guess, rounds);
+        let state = self.prism.motion(found.x, &found.jacobian, self.direction);
+        (state, found.jacobian.regular)
     }
 
     /// The first point inside between `outside` and `inside`, where the ray has
@@ -399,8 +400,9 @@ pub(super) fn search(
                     (state, t) = search.entry(state, before, t);
                 }
                 if state.x.z >= FLOOR {
-                    // From below, it is no hit.
-                    met = !first || state.velocity.z >= 0.0;
+                    // Coming in below the floor is a hit only where rounding has
+                    // missed it between two prisms; and from below never.
+                    met = !first || (state.velocity.z >= 0.0 && state.x.z <= BELOW);
                     over = true;
                 } else {
                     let (distance, radius) = search.distance_and_radius(state.x);
