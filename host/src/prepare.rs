@@ -337,6 +337,7 @@ fn prepare_object(
         bevel: extrusion.bevel as f32,
         chamfer: extrusion.chamfer as f32,
         specular: specular as f32,
+        tolerance: object.tolerance as f32,
         cap_color: cap.linear(),
         wall_color: wall.linear(),
         bevel_color: bevel.linear(),

@@ -150,6 +150,8 @@ pub struct Object {
     pub chamfer: Real,
     /// Strength of the specular reflection, 0…1.
     pub specular: Real,
+    /// How far beside its place a ray may be searched in the accurate tier, pixels.
+    pub tolerance: Real,
     /// Linear RGB of the cap (the mesh surface).
     pub cap_color: [Real; 3],
     /// Linear RGB of the walls.
@@ -217,8 +219,8 @@ const _: () = {
     assert!(offset_of!(Shell, facet) == 204 && offset_of!(Shell, neighbours) == 324);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
-    assert!(size_of::<Object>() == 128 && align_of::<Object>() == 4);
-    assert!(offset_of!(Object, cap_color) == 40 && offset_of!(Object, shininess) == 88);
+    assert!(size_of::<Object>() == 132 && align_of::<Object>() == 4);
+    assert!(offset_of!(Object, cap_color) == 44 && offset_of!(Object, shininess) == 92);
 };
 
 /// A vector from three scalars of a layout.

@@ -615,8 +615,7 @@ mod tests {
             let field = Field {
                 shells: &[shell][..],
                 depth: object.depth,
-                precision: 1e-5,
-                blur: 0.0,
+                blur: 1e-5,
                 profile: &Profile::new(&object),
                 map: &ShapeMap::new(&object),
                 texels: &[(-0.5f32).to_bits()][..],

@@ -28,8 +28,12 @@ pub struct ShellHit {
     pub prisms: u32,
 }
 
-/// The accurate tier follows rays with an error of this share of the depth.
-const PRECISION: Real = 1e-4;
+/// The tolerance of `object` at distance 1, object units.
+#[inline]
+fn blur(frame: &Frame, object: &Object) -> Real {
+    let pixel = vec3(frame.ray_right);
+    object.tolerance * sqrt(pixel.dot(pixel))
+}
 
 /// Searches the shell of `object` for the first hit of a ray that comes into it
 /// through prism number `home`. A hit in front of the near plane is a miss.
@@ -45,8 +49,7 @@ pub fn trace<S: Shells + ?Sized, T: Texels + ?Sized>(
     let field = Field {
         shells,
         depth: object.depth,
-        precision: PRECISION * object.depth,
-        blur: 0.0,
+        blur: blur(frame, object),
         profile: &Profile::new(object),
         map: &ShapeMap::new(object),
         texels,
@@ -125,15 +128,17 @@ pub fn normals<S: Shells + ?Sized, T: Texels + ?Sized>(
 /// Whether the light in direction `to_light` reaches `hit`, as far as the
 /// columns of the same object around it are concerned.
 #[inline]
+#[allow(clippy::too_many_arguments)] // What the walk needs, and what is known of the hit.
 fn lit<S: Shells + ?Sized, T: Texels + ?Sized>(
+    frame: &Frame,
     object: &Object,
     shells: &S,
     texels: &T,
     surface: &PrismFrame,
     normals: &Normals,
     hit: &ShellHit,
-    to_light: Vec3,
 ) -> bool {
+    let to_light = vec3(frame.light_direction);
     // Nothing stands on the cap.
     if hit.hit.class == CLASS_CAP {
         return true;
@@ -160,8 +165,7 @@ fn lit<S: Shells + ?Sized, T: Texels + ?Sized>(
     let field = Field {
         shells,
         depth: object.depth,
-        precision: PRECISION * object.depth,
-        blur: 0.0,
+        blur: blur(frame, object),
         profile: &Profile::new(object),
         map: &map,
         texels,
@@ -183,8 +187,7 @@ pub fn color<const SHADOW: bool, S: Shells + ?Sized, T: Texels + ?Sized>(
 ) -> Vec3 {
     let surface = frame_at(object, shells, hit);
     let normals = normals_on(object, texels, &surface, &hit.hit);
-    let to_light = vec3(frame.light_direction);
-    let lit = !SHADOW || lit(object, shells, texels, &surface, &normals, hit, to_light);
+    let lit = !SHADOW || lit(frame, object, shells, texels, &surface, &normals, hit);
     let color = light::shade(frame, object, hit.hit.class, normals.carved, direction, lit);
     check3(color);
     color

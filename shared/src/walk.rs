@@ -6,13 +6,19 @@
 //! from there through the pattern, from prism to prism, until it meets
 //! something or leaves the shell. So each triangle answers for the rays that
 //! come in through it, wherever they end, and no ray is followed twice.
+//!
+//! In between it marches along pieces of parabolas in (u, v, δ), as the fast
+//! tier does along one: each is exact to second order at its start, where
+//! Newton's method has put it, and ends before the third order is worth more
+//! than [`Field::blur`] allows.
 
-use crate::arithmetic::{abs, clamp, div, max, min, sqrt};
-use crate::layout::{NO_NEIGHBOUR, Shell, vec3};
-use crate::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
+use crate::arithmetic::{abs, div, max, min, sqrt};
+use crate::layout::{NO_NEIGHBOUR, Shell, Slab, vec3};
+use crate::march::{END_CAP, END_MISS, END_SIDE, March, march};
+use crate::path::Path;
 use crate::prism::{Prism, State, is_near};
 use crate::profile::Profile;
-use crate::shape_map::{SafeStep, ShapeMap, Texels};
+use crate::shape_map::{ShapeMap, Texels};
 use crate::{FAR, Real, Vec2, Vec3};
 
 /// Where the prisms of an object lie: a storage buffer, a slice.
@@ -44,12 +50,6 @@ const ROUNDING: Real = 1e-6;
 #[cfg(feature = "double")]
 const ROUNDING: Real = 1e-14;
 
-/// A ray that goes out is outside where a weight or δ is less than this.
-const SIDE: Real = 0.5 * OVERLAP;
-
-/// From this δ on a point lies on the floor.
-const FLOOR: Real = 1.0 - 10.0 * OVERLAP;
-
 /// A ray is at an opening where its weight, or δ for the cap, is this near to 0.
 const ARRIVED: Real = 5.0 * OVERLAP;
 
@@ -58,7 +58,7 @@ const THRESHOLD: Real = 1e-3;
 const TRIES: u32 = 6;
 
 /// Rounds of Newton's method, at most: where the ray comes into the hull, and
-/// from one step to the next.
+/// from one place to the next.
 const FIRST_ROUNDS: u32 = 12;
 const ROUNDS: u32 = 4;
 
@@ -69,24 +69,18 @@ const OUTSIDE_STEPS: u32 = 32;
 /// end of a prism, and by which share of its own bend.
 const DOUBT: Real = 0.05;
 
-/// Steps that end at a side or on the floor go this much beyond it, so that
-/// another one is not needed to get there.
-const STRETCH: Real = 1.01;
+/// Pieces of a ray, at most, beside one for each step.
+const PIECES: u32 = 4096;
 
-/// Sides between prisms that one ray crosses, at most.
-const CROSSINGS: u32 = 4096;
+/// A piece is this much shorter than the one whose error is too large.
+const SHORTER: Real = 0.7;
 
-/// The cap among the openings; the sides have the numbers of their corners.
+/// The side of a prism opposite to its first, second or third corner has that
+/// corner's number; then come the cap and the floor.
 const CAP: u32 = 3;
-/// No side, and no opening.
-const NONE: u32 = 4;
-
-/// The eye is looked at.
-const AT_EYE: u32 = 0;
-/// The ray is looked for where it comes in.
-const SEEKING: u32 = 1;
-/// The ray is in the shell.
-const FOLLOWING: u32 = 2;
+const FLOOR: u32 = 4;
+/// Nothing of these.
+const NONE: u32 = 5;
 
 /// A ray's search.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,10 +103,7 @@ pub struct Field<'a, S: Shells + ?Sized, T: Texels + ?Sized> {
     pub shells: &'a S,
     /// S_z, object units.
     pub depth: Real,
-    /// By how much the ray may be off its place in the prisms while it is
-    /// followed, object units; where it ends is exact.
-    pub precision: Real,
-    /// What is added to that per unit of distance from the ray's origin.
+    /// How far beside its place the ray may be searched, per unit of its length.
     pub blur: Real,
     /// The extrusion.
     pub profile: &'a Profile,
@@ -231,24 +222,50 @@ fn across(x: Vec3, side: u32, other: u32) -> Vec3 {
 }
 
 impl State {
-    /// What becomes 0 at opening `opening`, and its two derivatives.
+    /// What is positive inside of side, cap or floor `bound`, and its derivatives.
     #[inline]
-    fn at_opening(&self, opening: u32) -> (Real, Real, Real) {
-        if opening == CAP {
-            return (self.x.z, self.velocity.z, self.acceleration.z);
+    fn within(&self, bound: u32) -> (Real, Real, Real) {
+        if bound == CAP {
+            (self.x.z, self.velocity.z, self.acceleration.z)
+        } else if bound == FLOOR {
+            (1.0 - self.x.z, -self.velocity.z, -self.acceleration.z)
+        } else {
+            (
+                pick(weights(self.x, 1.0), bound),
+                pick(weights(self.velocity, 0.0), bound),
+                pick(weights(self.acceleration, 0.0), bound),
+            )
         }
-        (
-            pick(weights(self.x, 1.0), opening),
-            pick(weights(self.velocity, 0.0), opening),
-            pick(weights(self.acceleration, 0.0), opening),
-        )
+    }
+
+    /// x after the time `h`, in second order.
+    #[inline]
+    fn predicted(&self, h: Real) -> Vec3 {
+        self.x + (self.velocity + self.acceleration * (0.5 * h)) * h
+    }
+
+    /// The state after the time `h`, in second order.
+    #[inline]
+    fn after(&self, h: Real) -> State {
+        State {
+            x: self.predicted(h),
+            velocity: self.velocity + self.acceleration * h,
+            ..*self
+        }
+    }
+
+    /// How far inside the nearest of the sides, the cap and the floor.
+    #[inline]
+    fn inset(&self) -> Real {
+        let w = weights(self.x, 1.0);
+        min(min(min(w.x, w.y), w.z), min(self.x.z, 1.0 - self.x.z))
     }
 
     /// Whether the ray comes into the prism here, through `opening`, up to
     /// `overlap`.
     #[inline]
     fn comes_in(&self, opening: u32, overlap: Real) -> bool {
-        let (c, v, _) = self.at_opening(opening);
+        let (c, v, _) = self.within(opening);
         if v <= 0.0 {
             return false;
         }
@@ -261,159 +278,113 @@ impl State {
             && (opening == 1 || slack(w.y, change.y))
             && (opening == 2 || slack(w.z, change.z))
             && (opening == CAP || slack(self.x.z, self.velocity.z))
-            && self.x.z < FLOOR
+            && self.x.z < 1.0
     }
 
     /// The time until the next opening is reached, and which it is; [`FAR`] if
     /// none is within the time `rest`. `passed` is the one where the ray is.
     #[inline]
     fn next_opening(&self, neighbours: [u32; 3], passed: u32, rest: Real) -> (Real, u32) {
-        let mut time = FAR;
-        let mut opening = NONE;
-        if passed != CAP || self.velocity.z <= 0.0 {
-            let (c, v, a) = self.at_opening(CAP);
-            time = until_opened(c, v, a, rest);
-            opening = CAP;
-        }
+        let mut best = (FAR, NONE);
+        best = self.earlier(CAP, passed, rest, best);
         let [first, second, third] = neighbours;
         if first == NO_NEIGHBOUR {
-            (time, opening) = self.earlier(0, passed, rest, (time, opening));
+            best = self.earlier(0, passed, rest, best);
         }
         if second == NO_NEIGHBOUR {
-            (time, opening) = self.earlier(1, passed, rest, (time, opening));
+            best = self.earlier(1, passed, rest, best);
         }
         if third == NO_NEIGHBOUR {
-            (time, opening) = self.earlier(2, passed, rest, (time, opening));
+            best = self.earlier(2, passed, rest, best);
         }
-        (time, opening)
+        best
     }
 
-    /// `best`, or `side` if that is reached earlier.
+    /// `best`, or `opening` if that is reached earlier.
     #[inline]
-    fn earlier(&self, side: u32, passed: u32, rest: Real, best: (Real, u32)) -> (Real, u32) {
-        let (c, v, a) = self.at_opening(side);
-        if passed == side && v > 0.0 {
+    fn earlier(&self, opening: u32, passed: u32, rest: Real, best: (Real, u32)) -> (Real, u32) {
+        let (c, v, a) = self.within(opening);
+        if passed == opening && v > 0.0 {
             return best;
         }
         let time = until_opened(c, v, a, rest);
-        if time < best.0 { (time, side) } else { best }
+        if time < best.0 { (time, opening) } else { best }
     }
 
     /// Whether the ray is clearly beside the triangle after the time `h`.
     #[inline]
     fn passes_by(&self, h: Real) -> bool {
-        let x = self.predicted(h);
-        let w = weights(x, 1.0);
+        let w = weights(self.predicted(h), 1.0);
         let a = weights(self.acceleration, 0.0);
         let doubt = |a: Real| DOUBT * (1.0 + abs(a) * h * h);
         w.x < -doubt(a.x) || w.y < -doubt(a.y) || w.z < -doubt(a.z)
     }
 
-    /// How far inside the nearest of the sides and the cap.
+    /// The bound but `but` that `x` violates most, if it violates one.
     #[inline]
-    fn inset(&self) -> Real {
-        let w = weights(self.x, 1.0);
-        min(min(w.x, w.y), min(w.z, self.x.z))
-    }
-
-    /// The condition that x violates most, as something that ought to be
-    /// positive, and its two derivatives.
-    #[inline]
-    fn most_violated(&self, x: Vec3) -> (Real, Vec3) {
+    fn most_violated(&self, x: Vec3, but: u32) -> u32 {
         let w = weights(x, 1.0);
-        let mut least = w.x;
-        let mut which = Vec3::new(
-            1.0 - self.x.x - self.x.y,
-            -self.velocity.x - self.velocity.y,
-            -self.acceleration.x - self.acceleration.y,
-        );
-        if w.y < least {
+        let mut least = -OVERLAP;
+        let mut bound = NONE;
+        if w.x < least && but != 0 {
+            least = w.x;
+            bound = 0;
+        }
+        if w.y < least && but != 1 {
             least = w.y;
-            which = Vec3::new(self.x.x, self.velocity.x, self.acceleration.x);
+            bound = 1;
         }
-        if w.z < least {
+        if w.z < least && but != 2 {
             least = w.z;
-            which = Vec3::new(self.x.y, self.velocity.y, self.acceleration.y);
+            bound = 2;
         }
-        if x.z < least {
+        if x.z < least && but != CAP {
             least = x.z;
-            which = Vec3::new(self.x.z, self.velocity.z, self.acceleration.z);
+            bound = CAP;
         }
         if 1.0 - x.z < least {
-            least = 1.0 - x.z;
-            which = Vec3::new(1.0 - self.x.z, -self.velocity.z, -self.acceleration.z);
+            bound = FLOOR;
         }
-        (least, which)
+        bound
     }
 
-    /// `time`, or a little more than the time until a side, the cap or the
-    /// floor is reached from inside.
+    /// The time until the prism is left, but not through `but`, if that is
+    /// before `time`, and through what.
     #[inline]
-    fn until_outside(&self, time: Real) -> Real {
+    fn until_outside(&self, time: Real, but: u32) -> (Real, u32) {
         let mut h = time;
-        // Over the deepest point, which may lie on the floor.
+        let mut bound = NONE;
+        // Not over the deepest point if that lies below the floor.
         if self.velocity.z > 0.0 && self.velocity.z + self.acceleration.z * h < 0.0 {
-            h = div(-self.velocity.z, self.acceleration.z);
-        }
-        let mut rest = 4;
-        let mut stretch = 1.0;
-        while rest > 0 {
-            let (least, which) = self.most_violated(self.predicted(h));
-            rest -= 1;
-            if least < -SIDE {
-                h = min(h, until_without(which.x, which.y, which.z));
-                stretch = STRETCH;
-            } else {
-                rest = 0;
+            let deepest = div(-self.velocity.z, self.acceleration.z);
+            if self.x.z + 0.5 * self.velocity.z * deepest > 1.0 {
+                h = deepest;
             }
         }
-        h * stretch
-    }
-
-    /// The side through which the ray goes out, if it is there, but not `but`.
-    #[inline]
-    fn side_left(&self, but: u32) -> u32 {
-        let w = weights(self.x, 1.0);
-        let v = weights(self.velocity, 0.0);
-        let mut side = NONE;
-        let mut least = SIDE;
-        if w.x < least && v.x < 0.0 && but != 0 {
-            side = 0;
-            least = w.x;
+        let mut rest = 5;
+        while rest > 0 {
+            let violated = self.most_violated(self.predicted(h), but);
+            rest -= 1;
+            if violated == NONE {
+                rest = 0;
+            } else {
+                let (c, v, a) = self.within(violated);
+                let earlier = until_without(c, v, a);
+                if earlier < h {
+                    h = earlier;
+                    bound = violated;
+                } else {
+                    rest = 0;
+                }
+            }
         }
-        if w.y < least && v.y < 0.0 && but != 1 {
-            side = 1;
-            least = w.y;
-        }
-        if w.z < least && v.z < 0.0 && but != 2 {
-            side = 2;
-        }
-        side
-    }
-
-    /// Whether the ray was on the floor already where it went out through `side`.
-    #[inline]
-    fn was_on_floor(&self, side: u32) -> bool {
-        let (w, v, _) = self.at_opening(side);
-        let then = self.x.z - self.velocity.z * div(w, v);
-        self.velocity.z >= 0.0 && then >= FLOOR
-    }
-
-    /// x after the time `h`, in second order.
-    #[inline]
-    fn predicted(&self, h: Real) -> Vec3 {
-        self.x + (self.velocity + self.acceleration * (0.5 * h)) * h
+        (h, bound)
     }
 }
 
 /// `range`, clipped to where the ray from `origin` is in the slab.
 #[inline]
-fn clip(
-    range: (Real, Real),
-    slab: &crate::layout::Slab,
-    origin: Vec3,
-    direction: Vec3,
-) -> (Real, Real) {
+fn clip(range: (Real, Real), slab: &Slab, origin: Vec3, direction: Vec3) -> (Real, Real) {
     let axis = vec3(slab.axis);
     let at = origin.dot(axis);
     let speed = direction.dot(axis);
@@ -434,6 +405,30 @@ fn clip(
     )
 }
 
+/// Where the ray from `origin`, relative to the anchor of `shell`, comes into
+/// the hull, and the length of its way there, which is not positive where it
+/// misses the hull.
+#[inline]
+fn hull_of(shell: &Shell, origin: Vec3, direction: Vec3) -> (Real, Real) {
+    let mut range = (0.0, FAR);
+    range = clip(range, &shell.slabs[0], origin, direction);
+    range = clip(range, &shell.slabs[1], origin, direction);
+    range = clip(range, &shell.slabs[2], origin, direction);
+    range = clip(range, &shell.slabs[3], origin, direction);
+    (range.0, range.1 - range.0)
+}
+
+/// About the weights at `point`, relative to the anchor of `shell`, on its cap:
+/// the slabs along the sides are as wide as the weights.
+#[inline]
+fn rough_parameters(shell: &Shell, point: Vec3) -> Vec3 {
+    let share = |slab: &Slab| {
+        let share = div(point.dot(vec3(slab.axis)) - slab.low, slab.high - slab.low);
+        min(max(share, 0.0), 1.0)
+    };
+    Vec3::new(share(&shell.slabs[2]), share(&shell.slabs[3]), 0.0)
+}
+
 /// A ray where it is in a prism.
 #[derive(Clone, Copy)]
 struct Traveller {
@@ -449,9 +444,6 @@ struct Traveller {
     regular: bool,
     /// Time since the state was exact.
     since: Real,
-    /// The error of the second order, object units, per cube of the time;
-    /// [`FAR`] where it is not known.
-    cubic: Real,
 }
 
 impl Traveller {
@@ -468,10 +460,10 @@ impl Traveller {
                 x,
                 velocity: Vec3::ZERO,
                 acceleration: Vec3::ZERO,
+                third_order: 0.0,
             },
             regular: false,
             since: 0.0,
-            cubic: FAR,
         }
     }
 
@@ -479,17 +471,10 @@ impl Traveller {
     #[inline]
     fn go(&mut self, t: Real, guess: Vec3, rounds: u32) {
         let target = self.origin + self.direction * t;
-        let found = self.prism.solve(target, guess, rounds);
-        let time = self.since + abs(t - self.t);
-        if time > 0.0 {
-            let cubic = div(found.first, time * time * time);
-            // One guess that was right by chance does not count for all.
-            let known = if self.cubic < FAR { self.cubic } else { 0.0 };
-            self.cubic = max(cubic, 0.5 * known);
-        }
+        let (x, jacobian) = self.prism.solve(target, guess, rounds);
         self.t = t;
-        self.state = self.prism.motion(found.x, &found.jacobian, self.direction);
-        self.regular = found.jacobian.regular;
+        self.state = self.prism.motion(x, &jacobian, self.direction);
+        self.regular = jacobian.regular;
         self.since = 0.0;
     }
 
@@ -498,7 +483,7 @@ impl Traveller {
     #[inline]
     fn may_glide(&self, h: Real, precision: Real) -> bool {
         let time = self.since + h;
-        self.cubic * (time * time) * time <= precision
+        abs(self.state.third_order * time * time * time) <= precision
     }
 
     /// Moves on by `h` in second order.
@@ -506,302 +491,246 @@ impl Traveller {
     fn glide(&mut self, h: Real) {
         self.t += h;
         self.since += h;
-        self.state.x = self.state.predicted(h);
-        self.state.velocity += self.state.acceleration * h;
+        self.state = self.state.after(h);
+    }
+}
+
+/// A piece of a ray in second order, from where a [`Traveller`] is.
+struct Piece {
+    uv: Vec2,
+    uv_velocity: Vec2,
+    uv_acceleration: Vec2,
+    depth: Vec3,
+    /// Bounds of the changes of uv and of δ.
+    uv_rate: Vec2,
+    depth_rate: Real,
+    end: Real,
+    ends_on_floor: bool,
+}
+
+impl Piece {
+    #[inline]
+    fn new(at: &Traveller, end: Real, ends_on_floor: bool) -> Piece {
+        let State {
+            x,
+            velocity,
+            acceleration,
+            ..
+        } = at.state;
+        let uv_velocity = at.prism.uv_change(velocity);
+        let uv_acceleration = at.prism.uv_change(acceleration);
+        Piece {
+            uv: at.prism.uv(x.x, x.y),
+            uv_velocity,
+            uv_acceleration: uv_acceleration * 0.5,
+            depth: Vec3::new(x.z, velocity.z, 0.5 * acceleration.z),
+            uv_rate: Vec2::new(
+                abs(uv_velocity.x) + abs(uv_acceleration.x) * end,
+                abs(uv_velocity.y) + abs(uv_acceleration.y) * end,
+            ),
+            depth_rate: max(max(velocity.z, velocity.z + acceleration.z * end), 0.0),
+            end,
+            ends_on_floor,
+        }
+    }
+}
+
+impl Path for Piece {
+    #[inline]
+    fn uv(&self, s: Real) -> Vec2 {
+        self.uv + (self.uv_velocity + self.uv_acceleration * s) * s
+    }
+
+    #[inline]
+    fn depth_fraction(&self, s: Real) -> Real {
+        self.depth.x + (self.depth.y + self.depth.z * s) * s
+    }
+
+    #[inline]
+    fn uv_rate(&self) -> Vec2 {
+        self.uv_rate
+    }
+
+    #[inline]
+    fn depth_rate(&self) -> Real {
+        self.depth_rate
+    }
+
+    #[inline]
+    fn start(&self) -> Real {
+        0.0
+    }
+
+    #[inline]
+    fn end(&self) -> Real {
+        self.end
+    }
+
+    #[inline]
+    fn ends_on_floor(&self) -> bool {
+        self.ends_on_floor
     }
 }
 
 impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
-    /// Distance to the pattern and its radius at `x`, texels.
+    /// Looks for where the ray of `at`, whose hull is `hull`, comes in from
+    /// outside; with that and whether there is such a place. Its times count
+    /// from where it comes into the hull.
     #[inline]
-    fn distance_and_radius(&self, prism: &Prism, x: Vec3) -> (Real, Real) {
-        (
-            self.map.distance(self.texels, prism.uv(x.x, x.y)),
-            self.profile.radius(clamp(x.z, 0.0, 1.0)),
-        )
-    }
-
-    /// The length in texels of a change of x.
-    #[inline]
-    fn texels(&self, prism: &Prism, change: Vec3) -> Real {
-        let texels = prism.uv_change(change) * self.map.size;
-        sqrt(texels.dot(texels))
-    }
-
-    /// A time within which the pattern cannot be met, if x keeps to its second
-    /// order; where the prism is left before, not much longer than until then.
-    ///
-    /// The bounds are those of the straight march, with the texels per object
-    /// unit and the growth of the radius at their largest within that time.
-    #[inline]
-    fn safe_time(
-        &self,
-        safe: &SafeStep,
-        traveller: &Traveller,
-        distance: Real,
-        radius: Real,
-        least: Real,
-    ) -> Real {
-        let state = &traveller.state;
-        let gap = distance - radius;
-        let near = gap * safe.lipschitz;
-        let (far, flat) = if distance >= 1.5 {
-            (
-                gap - safe.margin,
-                distance - self.profile.largest_radius() - safe.margin,
-            )
-        } else {
-            (0.0, 0.0)
-        };
-        let speed = max(self.texels(&traveller.prism, state.velocity), 1e-18);
-        let slowness = div(1.0, speed);
-        let reach = max(max(near, far), flat);
-        let h = max(state.until_outside(reach * slowness), least);
-        // The speed at the end, at most, is (1 + faster) times that at the start.
-        let texels = traveller.prism.uv_change(state.acceleration) * self.map.size;
-        let faster = (abs(texels.x) + abs(texels.y)) * h * slowness;
-        let slowness = if faster < 0.25 {
-            slowness * (1.0 - faster)
-        } else {
-            div(slowness, 1.0 + faster)
-        };
-        let step = if self.profile.bevel > 0.0 {
-            let down = max(state.velocity.z + abs(state.acceleration.z) * h, 0.0);
-            let growth = self.profile.bevel * down * slowness;
-            max(
-                max(
-                    div(near * slowness, 1.0 + safe.lipschitz * growth),
-                    div(far * slowness, 1.0 + growth),
-                ),
-                flat * slowness,
-            )
-        } else {
-            reach * slowness
-        };
-        max(min(step, h), least)
-    }
-
-    /// Runs `start`, in the phase `phase` of its search, to its end; `hull` is
-    /// that of [`hull_of`], if it is sought.
-    ///
-    /// All phases share one loop with one place where the ray moves, so that a
-    /// shader holds Newton's method once.
-    #[inline]
-    fn run(&self, start: Traveller, phase: u32, hull: (Real, Real)) -> Found {
+    fn seek(&self, start: Traveller, shell: &Shell, hull: (Real, Real)) -> (Traveller, bool) {
         let mut at = start;
-        let mut phase = phase;
-        let home = at.index;
-        let shell = self.shells.shell(home);
+        let (enter, span) = hull;
         let distance = abs(at.origin.x) + abs(at.origin.y) + abs(at.origin.z);
         let overlap = OVERLAP + ROUNDING * distance * shell.inverse_altitude;
-        let safe = SafeStep::new(self.map.quantum);
-        let third: Real = 1.0 / 3.0;
-
-        // Where the ray goes next, and near which parameters that is.
+        let is_closed = shell.neighbours[0] != NO_NEIGHBOUR
+            && shell.neighbours[1] != NO_NEIGHBOUR
+            && shell.neighbours[2] != NO_NEIGHBOUR;
+        // Steps this short make no progress.
+        let shortest = span * OVERLAP;
+        at.origin += at.direction * enter;
+        let mut guess = rough_parameters(shell, at.origin);
         let mut t = 0.0;
-        let mut guess = at.state.x;
-        let mut rounds = ROUNDS;
-        // Where times count from, and the time in the hull.
-        let (mut enter, mut span) = hull;
-        let mut in_shell = false;
-        let mut over = false;
-        let mut glides = false;
-        if phase == AT_EYE {
-            guess = Vec3::new(third, third, 0.5);
-            rounds = FIRST_ROUNDS;
-        } else if phase == SEEKING {
-            // Times count from there, to save digits.
-            at.origin += at.direction * enter;
-            guess = Vec3::new(third, third, 0.0);
-            rounds = FIRST_ROUNDS;
-        }
-
-        // While it is sought.
+        let mut rounds = FIRST_ROUNDS;
         let mut opening = NONE;
         let mut tries = 0;
-        // While it is followed.
-        let least = OVERLAP * shell.radius;
-        let mut before = 0.0;
-        let mut came_through = NONE;
-        let mut steps = 0;
-        let mut prisms = 0;
-        let mut first = true;
-
-        let mut met = false;
         let mut turns = 0;
+        let mut found = false;
+        let mut over = false;
         while !over {
-            if glides {
-                at.glide(t - at.t);
-            } else {
-                at.go(t, guess, rounds);
-            }
-            glides = false;
+            at.go(t, guess, rounds);
             rounds = ROUNDS;
             turns += 1;
-            let mut h = 0.0;
-            let mut moves = true;
-            if phase == AT_EYE {
-                in_shell = at.regular && at.state.inset() >= -overlap && at.state.x.z < FLOOR;
-                if in_shell {
-                    phase = FOLLOWING;
-                } else {
-                    (enter, span) = hull_of(shell, at.origin, at.direction);
-                    over = span <= 0.0;
-                    at.origin += at.direction * enter;
-                    phase = SEEKING;
-                    at.cubic = FAR;
-                    moves = false;
-                    t = 0.0;
-                    guess = Vec3::new(third, third, 0.0);
-                    rounds = FIRST_ROUNDS;
-                }
-            } else if !at.regular {
-                over = true;
-            } else if phase == SEEKING {
-                let (c, v, a) = at.state.at_opening(opening);
-                let off = if tries < TRIES { ARRIVED } else { THRESHOLD };
-                let arrived = opening != NONE && abs(c) <= off;
-                // Steps this short make no progress.
-                let shortest = span * OVERLAP;
-                // There by the second order, if it was passed within the hull.
-                let there = if opening == NONE || arrived {
-                    FAR
-                } else if c > 0.0 {
+            let rest = span - at.t;
+            let (c, v, a) = at.state.within(opening);
+            let off = if tries < TRIES { ARRIVED } else { THRESHOLD };
+            let arrived = opening != NONE && abs(c) <= off;
+            // The way there by the second order, back if it was passed.
+            let mut h = FAR;
+            if arrived {
+                found = at.state.comes_in(opening, overlap);
+            } else if opening != NONE && tries < TRIES {
+                tries += 1;
+                h = if c > 0.0 {
                     -until_without(c, -v, a)
                 } else {
-                    until_opened(c, v, a, span - at.t)
+                    until_opened(c, v, a, rest)
                 };
-                let near = at.t + there > -shortest && there < FAR;
-                if arrived && at.state.comes_in(opening, overlap) {
-                    phase = FOLLOWING;
-                    turns = 0;
-                } else if opening != NONE && !arrived && tries < TRIES && near {
-                    tries += 1;
-                    h = there;
-                } else {
-                    let passed = if arrived { opening } else { NONE };
-                    (h, opening) = at.state.next_opening(shell.neighbours, passed, span - at.t);
-                    tries = 0;
-                }
-                over = phase == SEEKING
-                    && (turns > OUTSIDE_STEPS
-                        || at.t + h > span
-                        || (opening == CAP && at.state.passes_by(h)));
-                h = if abs(h) < shortest { shortest } else { h };
             }
+            if h >= FAR || at.t + h < -shortest {
+                let passed = if arrived { opening } else { NONE };
+                (h, opening) = at.state.next_opening(shell.neighbours, passed, rest);
+                tries = 0;
+            }
+            over = found
+                || !at.regular
+                || turns > OUTSIDE_STEPS
+                || h > rest
+                || (opening == CAP && is_closed && at.state.passes_by(h));
+            if !over && at.may_glide(h, self.blur * (enter + at.t)) {
+                let mut there = at;
+                there.glide(h);
+                let (c, _, _) = there.state.within(opening);
+                if abs(c) <= ARRIVED && there.state.comes_in(opening, overlap) {
+                    at = there;
+                    found = true;
+                }
+                over = found || is_closed;
+            }
+            h = if abs(h) < shortest { shortest } else { h };
+            t = at.t + h;
+            guess = at.state.predicted(h);
+        }
+        (at, found && at.regular)
+    }
 
-            if !over && phase == FOLLOWING {
-                let side = at.state.side_left(came_through);
-                let x = at.state.x;
-                let is_exact = at.since <= 0.0;
-                let link = link_of(self.shells.shell(at.index).neighbours, side);
-                if side != NONE && link != NO_NEIGHBOUR {
-                    came_through = link & 3;
-                    at.index = link >> 2;
-                    let prism = Prism::new(self.shells.shell(at.index), self.depth);
-                    at.origin += at.prism.anchor - prism.anchor;
-                    at.prism = prism;
-                    prisms += 1;
-                    moves = false;
-                    t = at.t;
-                    guess = across(x, side, came_through);
-                    at.since = 0.0;
-                    // Parameters mean nothing behind the side.
-                    before = t;
-                    met = turns > self.linear_steps + CROSSINGS;
-                    over = met;
-                } else if side != NONE || (x.z < SIDE && at.state.velocity.z < 0.0) {
-                    // Steps go a little too far: the floor may have come first.
-                    met = is_exact && side != NONE && at.state.was_on_floor(side);
-                    over = is_exact;
-                } else if x.z >= FLOOR && at.state.velocity.z >= 0.0 {
-                    met = is_exact;
-                    over = is_exact;
-                } else {
-                    let (distance, radius) = self.distance_and_radius(&at.prism, x);
-                    let tolerance = if first { 0.0 } else { TOLERANCE };
-                    let near = distance - radius <= tolerance || steps >= self.linear_steps;
-                    met = near && is_exact;
-                    over = met;
-                    if !near {
-                        steps += 1;
-                        first = false;
-                        h = self.safe_time(&safe, &at, distance, radius, least);
-                        before = at.t;
-                        came_through = NONE;
-                        glides = at.may_glide(h, self.precision + self.blur * (enter + at.t));
+    /// Follows the ray of `start` from where it is, in the shell, through the
+    /// pattern; `enter` is added to its times, and `on_cap` says whether a hit
+    /// at once is one of the cap.
+    #[inline]
+    fn follow(&self, start: Traveller, enter: Real, on_cap: bool) -> Found {
+        let mut at = start;
+        let radius = self.shells.shell(at.index).radius;
+        // Pieces this short make no progress.
+        let least = OVERLAP * radius;
+        let mut came_through = if on_cap { CAP } else { NONE };
+        let mut is_first = on_cap;
+        let mut steps = 0;
+        let mut prisms = 1;
+        let mut turns = 0;
+        let mut end = END_MISS;
+        let mut s = 0.0;
+        let mut over = !at.regular;
+        while !over {
+            turns += 1;
+            let precision = self.blur * (enter + at.t);
+            let mut time = 2.0 * radius;
+            while time > least && !at.may_glide(time, precision) {
+                time *= SHORTER;
+            }
+            let (time, bound) = at.state.until_outside(max(time, least), came_through);
+            let piece = Piece::new(&at, time, bound == FLOOR);
+            let found = march(
+                &piece,
+                self.profile,
+                self.map,
+                self.texels,
+                self.linear_steps - steps,
+                self.binary_steps,
+            );
+            steps += found.steps;
+            end = found.end;
+            s = found.s;
+            if (end == END_CAP || end == END_SIDE) && !(is_first && found.steps == 0) {
+                end = END_SIDE;
+            }
+            over = end != END_MISS;
+            is_first = false;
+            if !over {
+                let x = at.state.predicted(time);
+                let t = at.t + time;
+                let mut guess = x;
+                came_through = NONE;
+                if bound < CAP {
+                    let link = link_of(self.shells.shell(at.index).neighbours, bound);
+                    over = link == NO_NEIGHBOUR;
+                    if !over {
+                        came_through = link & 3;
+                        at.index = link >> 2;
+                        let prism = Prism::new(self.shells.shell(at.index), self.depth);
+                        at.origin += at.prism.anchor - prism.anchor;
+                        at.prism = prism;
+                        prisms += 1;
+                        guess = across(x, bound, came_through);
                     }
+                } else {
+                    over = bound == CAP;
+                }
+                if !over {
+                    at.go(t, guess, ROUNDS);
+                    over = !at.regular;
+                }
+                if !over && turns > self.linear_steps + PIECES {
+                    // Still in the shell: it counts as a hit, as steps that run out do.
+                    over = true;
+                    end = END_SIDE;
+                    s = 0.0;
                 }
             }
-            if moves {
-                t = at.t + h;
-                guess = at.state.predicted(h);
-            }
         }
-
-        let mut t = at.t;
-        let on_floor = met && at.state.x.z >= FLOOR;
-        if on_floor {
-            let (z, v, a) = (at.state.x.z, at.state.velocity.z, at.state.acceleration.z);
-            // Back to where it was reached, or the little on.
-            let back = rise(1.0 - z, v, -a);
-            if back < FAR {
-                t -= clamp(back, -least, max(t - before, 0.0));
-            }
-        }
-        let mut bisections = if met && !first && !on_floor {
-            self.binary_steps
-        } else {
-            0
-        };
-        while bisections > 0 {
-            let middle = 0.5 * (before + t);
-            let x = at.state.predicted(middle - at.t);
-            let (distance, radius) = self.distance_and_radius(&at.prism, x);
-            if distance - radius <= TOLERANCE {
-                t = middle;
-            } else {
-                before = middle;
-            }
-            bisections -= 1;
-        }
-        let x = at.state.predicted(t - at.t);
-        // Inside a column the eye sees no cap.
-        let on_cap = first && !in_shell && x.z <= THRESHOLD;
+        let x = at.state.predicted(s);
         Found {
             march: March {
-                end: if !met {
-                    END_MISS
-                } else if on_floor {
-                    END_FLOOR
-                } else if on_cap {
-                    END_CAP
-                } else {
-                    END_SIDE
-                },
-                s: enter + t,
+                end,
+                s: enter + at.t + s,
                 uv: at.prism.uv(x.x, x.y),
-                depth_fraction: clamp(x.z, 0.0, 1.0),
+                depth_fraction: min(max(x.z, 0.0), 1.0),
                 steps,
             },
             prism: at.index,
             x,
-            prisms: prisms + 1,
+            prisms,
         }
     }
-}
-
-/// Where the ray from `origin`, relative to the anchor of `shell`, comes into
-/// the hull, and the length of its way there, which is not positive where it
-/// misses the hull.
-#[inline]
-fn hull_of(shell: &Shell, origin: Vec3, direction: Vec3) -> (Real, Real) {
-    let mut range = (0.0, FAR);
-    range = clip(range, &shell.slabs[0], origin, direction);
-    range = clip(range, &shell.slabs[1], origin, direction);
-    range = clip(range, &shell.slabs[2], origin, direction);
-    range = clip(range, &shell.slabs[3], origin, direction);
-    (range.0, range.1 - range.0)
 }
 
 /// Searches for the first hit on the ray from `eye` along the unit vector
@@ -815,29 +744,45 @@ pub fn search<S: Shells + ?Sized, T: Texels + ?Sized>(
 ) -> Found {
     let shell = field.shells.shell(home);
     let origin = eye - vec3(shell.anchor);
-    let mut phase = AT_EYE;
-    let mut hull = (0.0, 0.0);
-    if !is_near(shell, origin) {
-        phase = SEEKING;
-        hull = hull_of(shell, origin, direction);
-        if hull.1 <= 0.0 {
-            return Found {
-                march: March {
-                    end: END_MISS,
-                    s: 0.0,
-                    uv: Vec2::ZERO,
-                    depth_fraction: 0.0,
-                    steps: 0,
-                },
-                prism: home,
-                x: Vec3::ZERO,
-                prisms: 0,
-            };
-        }
+    let nothing = Found {
+        march: March {
+            end: END_MISS,
+            s: 0.0,
+            uv: Vec2::ZERO,
+            depth_fraction: 0.0,
+            steps: 0,
+        },
+        prism: home,
+        x: Vec3::ZERO,
+        prisms: 0,
+    };
+    let hull = hull_of(shell, origin, direction);
+    let may_hold_eye = is_near(shell, origin);
+    if hull.1 <= 0.0 && !may_hold_eye {
+        return nothing;
     }
     let prism = Prism::new(shell, field.depth);
-    let start = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
-    field.run(start, phase, hull)
+    let mut at = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
+    let mut enter = 0.0;
+    let mut in_shell = false;
+    if may_hold_eye {
+        let third: Real = 1.0 / 3.0;
+        at.go(0.0, Vec3::new(third, third, 0.5), FIRST_ROUNDS);
+        in_shell = at.regular && at.state.inset() >= -OVERLAP;
+    }
+    if !in_shell {
+        let mut found = false;
+        if hull.1 > 0.0 {
+            (at, found) = field.seek(at, shell, hull);
+        }
+        if !found {
+            return nothing;
+        }
+        enter = hull.0;
+    }
+    // Inside a column the eye sees no cap, and no more through an open side.
+    let on_cap = !in_shell && at.state.x.z <= THRESHOLD;
+    field.follow(at, enter, on_cap)
 }
 
 /// Whether a ray along the unit vector `direction` that starts in the shell, at
@@ -853,8 +798,9 @@ pub fn leaves<S: Shells + ?Sized, T: Texels + ?Sized>(
 ) -> bool {
     let prism = Prism::new(field.shells.shell(home), field.depth);
     let origin = prism.point(x) + offset;
-    let start = Traveller::new(home, prism, origin, direction, x);
-    field.run(start, FOLLOWING, (0.0, 0.0)).march.end == END_MISS
+    let mut at = Traveller::new(home, prism, origin, direction, x);
+    at.go(0.0, x, ROUNDS);
+    field.follow(at, 0.0, false).march.end == END_MISS
 }
 
 #[cfg(test)]
@@ -862,6 +808,7 @@ pub fn leaves<S: Shells + ?Sized, T: Texels + ?Sized>(
 mod tests {
     use super::*;
     use crate::layout::{FORMAT_FLOAT, Object};
+    use crate::march::END_FLOOR;
     use crate::prism::tests::test_shell;
 
     /// The plane z = 0 over (0, 0) to (2, 1) in four triangles, half a unit deep,
@@ -913,8 +860,7 @@ mod tests {
         run(&Field {
             shells,
             depth: object.depth,
-            precision: 1e-5,
-            blur: 0.0,
+            blur: 1e-5,
             profile: &Profile::new(&object),
             map: &ShapeMap::new(&object),
             texels: &TEXELS.map(f32::to_bits)[..],

@@ -250,9 +250,9 @@ impl Search<'_> {
     /// Where the ray is at `t`, near the parameters `guess`.
     fn at(&self, t: f64, guess: DVec3, rounds: u32) -> (State, bool) {
         let target = self.origin + self.direction * t;
-        let found = self.prism.solve(target, guess, rounds);
-        let state = self.prism.motion(found.x, &found.jacobian, self.direction);
-        (state, found.jacobian.regular)
+        let (x, jacobian) = self.prism.solve(target, guess, rounds);
+        let state = self.prism.motion(x, &jacobian, self.direction);
+        (state, jacobian.regular)
     }
 
     /// The first point inside between `outside` and `inside`, where the ray has

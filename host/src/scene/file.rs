@@ -75,6 +75,7 @@ struct ObjectTable {
     bevel: Option<Spanned<f64>>,
     chamfer: Option<Spanned<f64>>,
     tier: Option<Spanned<Tier>>,
+    tolerance: Option<Spanned<f64>>,
     steps: Option<Spanned<i64>>,
     bisections: Option<Spanned<i64>>,
     #[serde(default)]
@@ -102,6 +103,9 @@ struct MaterialTable {
     specular: Option<Spanned<f64>>,
     shininess: Option<Spanned<i64>>,
 }
+
+/// The accurate tier's tolerance, pixels.
+const TOLERANCE: f64 = 0.02;
 
 /// A scene file of more bytes is no scene.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -341,6 +345,7 @@ fn object(
             Search::Extrusion
         },
         tier,
+        tolerance: check.within(&table.tolerance, &key("tolerance"), TOLERANCE, 1e-4, 16.0)?,
         steps: check.whole(&table.steps, &key("steps"), steps, 1, LARGEST_STEPS)?,
         bisections: check.whole(&table.bisections, &key("bisections"), bisections, 0, 64)?,
         cut_out: table.cut_out,

@@ -205,6 +205,8 @@ pub struct SceneObject {
     pub search: Search,
     /// The model of the surface.
     pub tier: Tier,
+    /// How far beside its place a ray may be searched in the accurate tier, pixels.
+    pub tolerance: f64,
     /// Largest number of steps of the linear search.
     pub steps: u32,
     /// Bisections after it.
