@@ -97,7 +97,7 @@ const STEPS: u32 = 1000;
 /// One object of the accurate tier, 0.08 deep, with the lines `more`.
 fn object(mesh: &str, pattern: &str, repeat: [f64; 2], more: &str) -> String {
     format!(
-        "[[object]]\nmesh = \"{mesh}.obj\"\nshape = \"{pattern}.png\"\nrepeat = {repeat:?}\ndepth = 0.08\ntier = \"accurate\"\nsteps = {STEPS}\n{more}\n"
+        "[[object]]\nmesh = \"{mesh}.obj\"\nshape = \"{pattern}.png\"\nrepeat = {repeat:?}\ndepth = 0.08\ntier = \"accurate\"\nsteps = {STEPS}\ntolerance = 0.002\n{more}\n"
     )
 }
 
@@ -603,7 +603,7 @@ fn random_views_have_no_holes() {
     let long = std::env::var("RELIEVO_LONG").is_ok_and(|value| value == "1");
     let views = if long { 200 } else { 24 };
     let mut random = Random(1);
-    let mut wrong = 0;
+    let mut seen = Vec::new();
     for (mesh, usual_repeat) in MESHES {
         let mut totals = [Count::default(); 4];
         for i in 0..views / 4 {
@@ -628,11 +628,10 @@ fn random_views_have_no_holes() {
         }
         for (kind, total) in KINDS.iter().zip(totals) {
             println!("{mesh}, {kind}: {total}");
-            wrong += total.wrong();
-            total.assert_excuses(MOST_EXCUSED);
+            seen.push((total, MOST_EXCUSED));
         }
     }
-    assert_eq!(wrong, 0);
+    assert_nothing_wrong(&seen);
 }
 
 /// What the judge must find fault with: prisms that do not know their neighbours.
@@ -909,25 +908,36 @@ impl Judge<'_> {
     }
 }
 
-/// Sees `scene` from around; returns what was wrong.
-fn see_from_around(name: &str, judge: &Judge) -> usize {
+/// What was seen, and the largest share that may be excused of it.
+type Seen = (Count, f64);
+
+/// Nothing is wrong anywhere, and excuses are rare.
+fn assert_nothing_wrong(seen: &[Seen]) {
+    assert_eq!(
+        seen.iter().map(|(count, _)| count.wrong()).sum::<usize>(),
+        0
+    );
+    for (count, most_excused) in seen {
+        assert!(count.hits > 1000, "{count}");
+        count.assert_excuses(*most_excused);
+    }
+}
+
+/// Sees a scene from around.
+fn see_from_around(name: &str, judge: &Judge) -> Seen {
     let mut random = Random(5);
     let views: Vec<View> = (0..24).map(|_| judge.random_view(&mut random, 0)).collect();
     let count = judge.see(name, &views, [64, 48]);
     println!("{name}, from around: {count}");
-    assert!(count.hits > 1000);
-    count.assert_excuses(MOST_EXCUSED);
-    count.wrong()
+    (count, MOST_EXCUSED)
 }
 
-/// Sees `scene` from special places; returns what was wrong. The middle of a
-/// picture with odd sides lies in the middle of a pixel.
-fn see_from_special_places(name: &str, judge: &Judge) -> usize {
+/// Sees a scene from special places. The middle of a picture with odd sides
+/// lies in the middle of a pixel.
+fn see_from_special_places(name: &str, judge: &Judge) -> Seen {
     let count = judge.see(name, &judge.special_views(8), [33, 25]);
     println!("{name}, from special places: {count}");
-    assert!(count.hits > 1000);
-    count.assert_excuses(MOST_EXCUSED_IN_PLANES);
-    count.wrong()
+    (count, MOST_EXCUSED_IN_PLANES)
 }
 
 #[test]
@@ -936,7 +946,7 @@ fn borders_seams_and_hard_edges_have_no_holes() {
     let whole = |_: usize, uv: [f64; 2]| uv;
     let mirrored = |column: usize, [u, v]: [f64; 2]| [if column < 2 { u } else { 1.0 - u }, v];
     let seam = |column: usize, [u, v]: [f64; 2]| [if column < 2 { u } else { u + 0.37 }, v];
-    let mut wrong = 0;
+    let mut seen = Vec::new();
     for (name, triangles) in [
         ("cube", cube()),
         ("capped", capped_cylinder()),
@@ -954,11 +964,11 @@ fn borders_seams_and_hard_edges_have_no_holes() {
             let scene = folder.prepare(&object(name, pattern, [5.0, 4.0], more));
             let judge = Judge::new(&scene);
             let label = format!("{name}, {pattern}, {more:?}");
-            wrong += see_from_around(&label, &judge);
+            seen.push(see_from_around(&label, &judge));
             // Within the fin the prisms reach into each other, and which of them
             // the ray is in, the judge does not know.
             if name != "fin" {
-                wrong += see_from_special_places(&label, &judge);
+                seen.push(see_from_special_places(&label, &judge));
             }
         }
     }
@@ -966,9 +976,10 @@ fn borders_seams_and_hard_edges_have_no_holes() {
         let scene = asset_scene("plane", "discs", [5.0, 5.0], more);
         let judge = Judge::new(&scene);
         let label = format!("plane, {more:?}");
-        wrong += see_from_around(&label, &judge) + see_from_special_places(&label, &judge);
+        seen.push(see_from_around(&label, &judge));
+        seen.push(see_from_special_places(&label, &judge));
     }
-    assert_eq!(wrong, 0);
+    assert_nothing_wrong(&seen);
 }
 
 /// The nearest of two objects wins, also where they reach into each other.
@@ -982,7 +993,7 @@ fn objects_that_intersect_hide_each_other() {
         "scale = 0.8\ntranslate = [0.6, 0.1, 0.0]\nbevel = 0.05",
     );
     let scene = prepared(&format!("{ring}{ball}"), &asset("scenes/test.toml"));
-    assert_eq!(see_from_around("ring and ball", &Judge::new(&scene)), 0);
+    assert_nothing_wrong(&[see_from_around("ring and ball", &Judge::new(&scene))]);
 }
 
 /// The figures of the accurate tier against closed forms: what is left is the

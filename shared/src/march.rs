@@ -63,20 +63,30 @@ impl StepLength {
     }
 }
 
-/// Marches along `path` until the pattern grown by `profile` is met.
-///
-/// A hit is bracketed by the last two points and refined by `binary_steps`
-/// bisections. If `linear_steps` run out inside the shell, the point reached
+/// Where a search along a path came to an end, before it is refined.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stop {
+    /// One of the `END_` constants.
+    pub end: u32,
+    /// Where, as the path counts.
+    pub s: Real,
+    /// The last place before, where the solid was not met yet.
+    pub before: Real,
+    /// Steps of the linear search.
+    pub steps: u32,
+}
+
+/// Marches along `path` until the pattern grown by `profile` is met, with at
+/// most `linear_steps`; if these run out inside the shell, the point reached
 /// counts as a hit (section 4).
 #[inline]
-pub fn march<P: Path, T: Texels + ?Sized>(
+pub fn advance<P: Path, T: Texels + ?Sized>(
     path: &P,
     profile: &Profile,
     map: &ShapeMap,
     texels: &T,
     linear_steps: u32,
-    binary_steps: u32,
-) -> March {
+) -> Stop {
     let start = path.start();
     let end = path.end();
     let rate = path.uv_rate() * map.size;
@@ -93,70 +103,98 @@ pub fn march<P: Path, T: Texels + ?Sized>(
     };
 
     let mut s = start;
-    let mut depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
-    let mut uv = path.uv(s);
-    let mut distance = map.distance(texels, uv);
-    let mut radius = profile.radius(depth_fraction);
-    if distance <= radius {
-        return March {
-            end: if start > 0.0 { END_SIDE } else { END_CAP },
-            s,
-            uv,
-            depth_fraction,
-            steps: 0,
-        };
-    }
-
     let mut before = s;
     let mut steps = 0;
     let mut met = false;
-    let mut left = s >= end;
-    while steps < linear_steps && !met && !left {
-        before = s;
-        s += step_length.after(distance, radius);
-        steps += 1;
-        if s >= end {
-            left = true;
-        } else {
-            depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
-            uv = path.uv(s);
-            distance = map.distance(texels, uv);
-            radius = profile.radius(depth_fraction);
-            met = distance - radius <= TOLERANCE;
+    let mut left = false;
+    let mut at_once = false;
+    while !met && !left {
+        let depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
+        let distance = map.distance(texels, path.uv(s));
+        let radius = profile.radius(depth_fraction);
+        at_once = steps == 0 && distance <= radius;
+        met = at_once || (steps > 0 && distance - radius <= TOLERANCE) || steps >= linear_steps;
+        left = !met && s >= end;
+        if !met && !left {
+            before = s;
+            s += step_length.after(distance, radius);
+            steps += 1;
+            left = s >= end;
         }
     }
-    if left {
-        let on_floor = path.ends_on_floor();
-        return March {
-            end: if on_floor { END_FLOOR } else { END_MISS },
-            s: end,
-            uv: path.uv(end),
-            depth_fraction: if on_floor { 1.0 } else { 0.0 },
-            steps,
-        };
+    Stop {
+        end: if left {
+            if path.ends_on_floor() {
+                END_FLOOR
+            } else {
+                END_MISS
+            }
+        } else if at_once && start <= 0.0 {
+            END_CAP
+        } else {
+            END_SIDE
+        },
+        s: if left { end } else { s },
+        before,
+        steps,
     }
+}
 
-    let mut bisections = if met { binary_steps } else { 0 };
-    while bisections > 0 {
+/// Refines where the side of the solid was met, by `binary_steps` bisections.
+#[inline]
+pub fn refine<P: Path, T: Texels + ?Sized>(
+    path: &P,
+    profile: &Profile,
+    map: &ShapeMap,
+    texels: &T,
+    stop: &Stop,
+    binary_steps: u32,
+) -> Real {
+    let mut s = stop.s;
+    let mut before = stop.before;
+    let mut bisections = binary_steps;
+    while bisections > 0 && before < s {
         let middle = 0.5 * (before + s);
-        let middle_depth = clamp(path.depth_fraction(middle), 0.0, 1.0);
-        let middle_uv = path.uv(middle);
-        let gap = map.distance(texels, middle_uv) - profile.radius(middle_depth);
+        let depth = clamp(path.depth_fraction(middle), 0.0, 1.0);
+        let gap = map.distance(texels, path.uv(middle)) - profile.radius(depth);
         if gap <= TOLERANCE {
             s = middle;
-            uv = middle_uv;
-            depth_fraction = middle_depth;
         } else {
             before = middle;
         }
         bisections -= 1;
     }
+    min(s, path.end())
+}
+
+/// Marches along `path` to the first hit: [`advance`], then [`refine`].
+#[inline]
+pub fn march<P: Path, T: Texels + ?Sized>(
+    path: &P,
+    profile: &Profile,
+    map: &ShapeMap,
+    texels: &T,
+    linear_steps: u32,
+    binary_steps: u32,
+) -> March {
+    let stop = advance(path, profile, map, texels, linear_steps);
+    let s = if stop.end == END_SIDE {
+        refine(path, profile, map, texels, &stop, binary_steps)
+    } else {
+        stop.s
+    };
     March {
-        end: END_SIDE,
-        s: min(s, end),
-        uv,
-        depth_fraction,
-        steps,
+        end: stop.end,
+        s,
+        uv: path.uv(s),
+        depth_fraction: if stop.end == END_FLOOR {
+            1.0
+        } else if stop.end == END_MISS {
+            0.0
+        } else {
+            clamp(path.depth_fraction(s), 0.0, 1.0)
+        },
+        steps: stop.steps,
     }
 }
 

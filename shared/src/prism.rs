@@ -107,6 +107,17 @@ pub struct Jacobian {
     pub regular: bool,
 }
 
+/// No Jacobian at all.
+const NOT_REGULAR: Jacobian = Jacobian {
+    along_first: Vec3::ZERO,
+    along_second: Vec3::ZERO,
+    along_depth: Vec3::ZERO,
+    gradient_first: Vec3::ZERO,
+    gradient_second: Vec3::ZERO,
+    gradient_depth: Vec3::ZERO,
+    regular: false,
+};
+
 impl Jacobian {
     /// (w1, w2, δ) by which F changes by `displacement`, in first order.
     #[inline]
@@ -250,17 +261,18 @@ impl Prism {
     #[inline]
     pub fn solve(&self, target: Vec3, x: Vec3, rounds: u32) -> (Vec3, Jacobian) {
         let mut x = x;
-        let mut jacobian = self.jacobian(x);
+        let mut jacobian = NOT_REGULAR;
         let mut rest = rounds;
-        while rest > 0 && jacobian.regular {
-            let change = jacobian.solve(target - self.point(x));
-            x += change;
-            let size = abs(change.x) + abs(change.y) + abs(change.z);
+        while rest > 0 {
+            jacobian = self.jacobian(x);
             rest -= 1;
-            if size < CONVERGED {
-                rest = 0;
+            if jacobian.regular {
+                let change = jacobian.solve(target - self.point(x));
+                x += change;
+                let size = abs(change.x) + abs(change.y) + abs(change.z);
+                rest = if size < CONVERGED { 0 } else { rest };
             } else {
-                jacobian = self.jacobian(x);
+                rest = 0;
             }
         }
         (x, jacobian)

@@ -14,9 +14,9 @@
 
 use crate::arithmetic::{abs, div, max, min, sqrt};
 use crate::layout::{NO_NEIGHBOUR, Shell, Slab, vec3};
-use crate::march::{END_CAP, END_MISS, END_SIDE, March, march};
+use crate::march::{END_CAP, END_MISS, END_SIDE, March, Stop, advance, refine};
 use crate::path::Path;
-use crate::prism::{Prism, State, is_near};
+use crate::prism::{Prism, State, is_near, is_open};
 use crate::profile::Profile;
 use crate::shape_map::{ShapeMap, Texels};
 use crate::{FAR, Real, Vec2, Vec3};
@@ -186,6 +186,12 @@ fn link_of(neighbours: [u32; 3], side: u32) -> u32 {
     } else {
         third
     }
+}
+
+/// `x`, or 0 for what would be lost on some devices.
+#[inline]
+fn settled(x: Real) -> Real {
+    if abs(x) < 1e-12 { 0.0 } else { x }
 }
 
 /// `i` + 1 in the order 0, 1, 2, 0.
@@ -495,6 +501,17 @@ impl Traveller {
     }
 }
 
+/// Where a ray comes into the shell.
+struct Entrance {
+    at: Traveller,
+    /// What is to be added to its times.
+    enter: Real,
+    /// Whether it does.
+    found: bool,
+    /// Whether it starts there.
+    in_shell: bool,
+}
+
 /// A piece of a ray in second order, from where a [`Traveller`] is.
 struct Piece {
     uv: Vec2,
@@ -573,74 +590,103 @@ impl Path for Piece {
 }
 
 impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
-    /// Looks for where the ray of `at`, whose hull is `hull`, comes in from
-    /// outside; with that and whether there is such a place. Its times count
-    /// from where it comes into the hull.
+    /// Looks for where the ray of `start` comes in from outside, or whether it
+    /// starts in the shell, if `may_hold_eye`; `hull` is that of [`hull_of`].
     #[inline]
-    fn seek(&self, start: Traveller, shell: &Shell, hull: (Real, Real)) -> (Traveller, bool) {
+    fn seek(
+        &self,
+        start: Traveller,
+        shell: &Shell,
+        hull: (Real, Real),
+        may_hold_eye: bool,
+    ) -> Entrance {
         let mut at = start;
         let (enter, span) = hull;
         let distance = abs(at.origin.x) + abs(at.origin.y) + abs(at.origin.z);
         let overlap = OVERLAP + ROUNDING * distance * shell.inverse_altitude;
-        let is_closed = shell.neighbours[0] != NO_NEIGHBOUR
-            && shell.neighbours[1] != NO_NEIGHBOUR
-            && shell.neighbours[2] != NO_NEIGHBOUR;
+        let is_closed = !is_open(shell);
         // Steps this short make no progress.
         let shortest = span * OVERLAP;
-        at.origin += at.direction * enter;
-        let mut guess = rough_parameters(shell, at.origin);
+        let in_hull = at.origin + at.direction * enter;
+        let rough = rough_parameters(shell, in_hull);
+        let third: Real = 1.0 / 3.0;
+        let mut looks_at_eye = may_hold_eye;
+        let mut guess = Vec3::new(third, third, 0.5);
+        if !looks_at_eye {
+            at.origin = in_hull;
+            guess = rough;
+        }
         let mut t = 0.0;
         let mut rounds = FIRST_ROUNDS;
         let mut opening = NONE;
         let mut tries = 0;
         let mut turns = 0;
         let mut found = false;
+        let mut in_shell = false;
         let mut over = false;
         while !over {
             at.go(t, guess, rounds);
-            rounds = ROUNDS;
-            turns += 1;
-            let rest = span - at.t;
-            let (c, v, a) = at.state.within(opening);
-            let off = if tries < TRIES { ARRIVED } else { THRESHOLD };
-            let arrived = opening != NONE && abs(c) <= off;
-            // The way there by the second order, back if it was passed.
-            let mut h = FAR;
-            if arrived {
-                found = at.state.comes_in(opening, overlap);
-            } else if opening != NONE && tries < TRIES {
-                tries += 1;
-                h = if c > 0.0 {
-                    -until_without(c, -v, a)
-                } else {
-                    until_opened(c, v, a, rest)
-                };
-            }
-            if h >= FAR || at.t + h < -shortest {
-                let passed = if arrived { opening } else { NONE };
-                (h, opening) = at.state.next_opening(shell.neighbours, passed, rest);
-                tries = 0;
-            }
-            over = found
-                || !at.regular
-                || turns > OUTSIDE_STEPS
-                || h > rest
-                || (opening == CAP && is_closed && at.state.passes_by(h));
-            if !over && at.may_glide(h, self.blur * (enter + at.t)) {
-                let mut there = at;
-                there.glide(h);
-                let (c, _, _) = there.state.within(opening);
-                if abs(c) <= ARRIVED && there.state.comes_in(opening, overlap) {
-                    at = there;
-                    found = true;
+            if looks_at_eye {
+                looks_at_eye = false;
+                in_shell = at.regular && at.state.inset() >= -OVERLAP;
+                over = in_shell || span <= 0.0;
+                if !over {
+                    at.origin = in_hull;
+                    guess = rough;
                 }
-                over = found || is_closed;
+            } else {
+                rounds = ROUNDS;
+                turns += 1;
+                let rest = span - at.t;
+                let (c, v, a) = at.state.within(opening);
+                let off = if tries < TRIES { ARRIVED } else { THRESHOLD };
+                let arrived = opening != NONE && abs(c) <= off;
+                // The way there by the second order, back if it was passed.
+                let mut h = FAR;
+                if arrived {
+                    found = at.state.comes_in(opening, overlap);
+                } else if opening != NONE && tries < TRIES {
+                    tries += 1;
+                    h = if c > 0.0 {
+                        -until_without(c, -v, a)
+                    } else {
+                        until_opened(c, v, a, rest)
+                    };
+                }
+                if h >= FAR || at.t + h < -shortest {
+                    let passed = if arrived { opening } else { NONE };
+                    (h, opening) = at.state.next_opening(shell.neighbours, passed, rest);
+                    tries = 0;
+                }
+                over = found
+                    || !at.regular
+                    || turns > OUTSIDE_STEPS
+                    || h > rest
+                    || (opening == CAP && is_closed && at.state.passes_by(h));
+                let precision = self.blur * (enter + at.t);
+                if !over && at.may_glide(h, precision) {
+                    let mut there = at;
+                    there.glide(h);
+                    let (c, _, _) = there.state.within(opening);
+                    // A neighbour may be off to the other side.
+                    let overlap = overlap + 2.0 * precision * shell.inverse_altitude;
+                    if abs(c) <= ARRIVED && there.state.comes_in(opening, overlap) {
+                        at = there;
+                        found = true;
+                    }
+                    over = found || is_closed;
+                }
+                h = if abs(h) < shortest { shortest } else { h };
+                t = at.t + h;
+                guess = at.state.predicted(h);
             }
-            h = if abs(h) < shortest { shortest } else { h };
-            t = at.t + h;
-            guess = at.state.predicted(h);
         }
-        (at, found && at.regular)
+        Entrance {
+            at,
+            enter: if in_shell { 0.0 } else { enter },
+            found: at.regular && (found || in_shell),
+            in_shell,
+        }
     }
 
     /// Follows the ray of `start` from where it is, in the shell, through the
@@ -657,8 +703,13 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let mut steps = 0;
         let mut prisms = 1;
         let mut turns = 0;
-        let mut end = END_MISS;
-        let mut s = 0.0;
+        let mut piece = Piece::new(&at, 0.0, false);
+        let mut stop = Stop {
+            end: END_MISS,
+            s: 0.0,
+            before: 0.0,
+            steps: 0,
+        };
         let mut over = !at.regular;
         while !over {
             turns += 1;
@@ -668,22 +719,19 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 time *= SHORTER;
             }
             let (time, bound) = at.state.until_outside(max(time, least), came_through);
-            let piece = Piece::new(&at, time, bound == FLOOR);
-            let found = march(
+            piece = Piece::new(&at, time, bound == FLOOR);
+            stop = advance(
                 &piece,
                 self.profile,
                 self.map,
                 self.texels,
                 self.linear_steps - steps,
-                self.binary_steps,
             );
-            steps += found.steps;
-            end = found.end;
-            s = found.s;
-            if (end == END_CAP || end == END_SIDE) && !(is_first && found.steps == 0) {
-                end = END_SIDE;
+            steps += stop.steps;
+            if stop.end == END_CAP && !is_first {
+                stop.end = END_SIDE;
             }
-            over = end != END_MISS;
+            over = stop.end != END_MISS;
             is_first = false;
             if !over {
                 let x = at.state.predicted(time);
@@ -712,17 +760,30 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 if !over && turns > self.linear_steps + PIECES {
                     // Still in the shell: it counts as a hit, as steps that run out do.
                     over = true;
-                    end = END_SIDE;
-                    s = 0.0;
+                    stop.end = END_SIDE;
+                    stop.s = 0.0;
                 }
             }
         }
+        let mut s = stop.s;
+        if stop.end == END_SIDE {
+            s = refine(
+                &piece,
+                self.profile,
+                self.map,
+                self.texels,
+                &stop,
+                self.binary_steps,
+            );
+        }
         let x = at.state.predicted(s);
+        let x = Vec3::new(settled(x.x), settled(x.y), settled(x.z));
+        let uv = at.prism.uv(x.x, x.y);
         Found {
             march: March {
-                end,
+                end: stop.end,
                 s: enter + at.t + s,
-                uv: at.prism.uv(x.x, x.y),
+                uv: Vec2::new(settled(uv.x), settled(uv.y)),
                 depth_fraction: min(max(x.z, 0.0), 1.0),
                 steps,
             },
@@ -762,27 +823,14 @@ pub fn search<S: Shells + ?Sized, T: Texels + ?Sized>(
         return nothing;
     }
     let prism = Prism::new(shell, field.depth);
-    let mut at = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
-    let mut enter = 0.0;
-    let mut in_shell = false;
-    if may_hold_eye {
-        let third: Real = 1.0 / 3.0;
-        at.go(0.0, Vec3::new(third, third, 0.5), FIRST_ROUNDS);
-        in_shell = at.regular && at.state.inset() >= -OVERLAP;
-    }
-    if !in_shell {
-        let mut found = false;
-        if hull.1 > 0.0 {
-            (at, found) = field.seek(at, shell, hull);
-        }
-        if !found {
-            return nothing;
-        }
-        enter = hull.0;
+    let start = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
+    let entrance = field.seek(start, shell, hull, may_hold_eye);
+    if !entrance.found {
+        return nothing;
     }
     // Inside a column the eye sees no cap, and no more through an open side.
-    let on_cap = !in_shell && at.state.x.z <= THRESHOLD;
-    field.follow(at, enter, on_cap)
+    let on_cap = !entrance.in_shell && entrance.at.state.x.z <= THRESHOLD;
+    field.follow(entrance.at, entrance.enter, on_cap)
 }
 
 /// Whether a ray along the unit vector `direction` that starts in the shell, at
