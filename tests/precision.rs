@@ -158,6 +158,7 @@ impl Case {
                 bevel: if kind >= 2 { 0.12 } else { 0.0 },
                 chamfer: if kind == 3 { 0.4 } else { 1.0 },
                 specular: 0.3,
+                tolerance: 0.02,
                 cap_color: [0.8, 0.7, 0.6],
                 wall_color: [0.5, 0.6, 0.7],
                 bevel_color: [0.4, 0.8, 0.5],

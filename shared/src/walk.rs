@@ -69,6 +69,9 @@ const OUTSIDE_STEPS: u32 = 32;
 /// end of a prism, and by which share of its own bend.
 const DOUBT: Real = 0.05;
 
+/// How often a ray comes in through one prism, at most.
+const ENTRIES: u32 = 3;
+
 /// Pieces of a ray, at most, beside one for each step.
 const PIECES: u32 = 4096;
 
@@ -591,7 +594,8 @@ impl Path for Piece {
 
 impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
     /// Looks for where the ray of `start` comes in from outside, or whether it
-    /// starts in the shell, if `may_hold_eye`; `hull` is that of [`hull_of`].
+    /// starts in the shell, if `may_hold_eye`; `hull` is that of [`hull_of`], and
+    /// `from` the time in it from which on to look.
     #[inline]
     fn seek(
         &self,
@@ -599,6 +603,7 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         shell: &Shell,
         hull: (Real, Real),
         may_hold_eye: bool,
+        from: Real,
     ) -> Entrance {
         let mut at = start;
         let (enter, span) = hull;
@@ -608,15 +613,16 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         // Steps this short make no progress.
         let shortest = span * OVERLAP;
         let in_hull = at.origin + at.direction * enter;
-        let rough = rough_parameters(shell, in_hull);
+        let rough = rough_parameters(shell, in_hull + at.direction * from);
         let third: Real = 1.0 / 3.0;
         let mut looks_at_eye = may_hold_eye;
         let mut guess = Vec3::new(third, third, 0.5);
+        let mut t = 0.0;
         if !looks_at_eye {
             at.origin = in_hull;
             guess = rough;
+            t = from;
         }
-        let mut t = 0.0;
         let mut rounds = FIRST_ROUNDS;
         let mut opening = NONE;
         let mut tries = 0;
@@ -691,10 +697,12 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
 
     /// Follows the ray of `start` from where it is, in the shell, through the
     /// pattern; `enter` is added to its times, and `on_cap` says whether a hit
-    /// at once is one of the cap.
+    /// at once is one of the cap. The second answer is the time when the ray left
+    /// the first prism.
     #[inline]
-    fn follow(&self, start: Traveller, enter: Real, on_cap: bool) -> Found {
+    fn follow(&self, start: Traveller, enter: Real, on_cap: bool) -> (Found, Real) {
         let mut at = start;
+        let mut left = at.t;
         let radius = self.shells.shell(at.index).radius;
         // Pieces this short make no progress.
         let least = OVERLAP * radius;
@@ -736,6 +744,7 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             if !over {
                 let x = at.state.predicted(time);
                 let t = at.t + time;
+                left = if prisms == 1 { t } else { left };
                 let mut guess = x;
                 came_through = NONE;
                 if bound < CAP {
@@ -779,7 +788,7 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let x = at.state.predicted(s);
         let x = Vec3::new(settled(x.x), settled(x.y), settled(x.z));
         let uv = at.prism.uv(x.x, x.y);
-        Found {
+        let found = Found {
             march: March {
                 end: stop.end,
                 s: enter + at.t + s,
@@ -790,7 +799,8 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             prism: at.index,
             x,
             prisms,
-        }
+        };
+        (found, left)
     }
 }
 
@@ -824,13 +834,26 @@ pub fn search<S: Shells + ?Sized, T: Texels + ?Sized>(
     }
     let prism = Prism::new(shell, field.depth);
     let start = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
-    let entrance = field.seek(start, shell, hull, may_hold_eye);
-    if !entrance.found {
-        return nothing;
+    let mut found = nothing;
+    let mut from = 0.0;
+    let mut entries = 0;
+    while entries < ENTRIES {
+        let at_eye = may_hold_eye && entries == 0;
+        let entrance = field.seek(start, shell, hull, at_eye, from);
+        entries += 1;
+        if entrance.found {
+            // Inside a column the eye sees no cap, and no more through an open side.
+            let on_cap = !entrance.in_shell && entrance.at.state.x.z <= THRESHOLD;
+            let (ended, left) = field.follow(entrance.at, entrance.enter, on_cap);
+            found = ended;
+            // Out of a valley it may come in once more.
+            from = max(left + entrance.enter - hull.0, 0.0);
+        }
+        if !entrance.found || found.march.end != END_MISS || hull.1 <= from {
+            entries = ENTRIES;
+        }
     }
-    // Inside a column the eye sees no cap, and no more through an open side.
-    let on_cap = !entrance.in_shell && entrance.at.state.x.z <= THRESHOLD;
-    field.follow(entrance.at, entrance.enter, on_cap)
+    found
 }
 
 /// Whether a ray along the unit vector `direction` that starts in the shell, at
@@ -848,7 +871,8 @@ pub fn leaves<S: Shells + ?Sized, T: Texels + ?Sized>(
     let origin = prism.point(x) + offset;
     let mut at = Traveller::new(home, prism, origin, direction, x);
     at.go(0.0, x, ROUNDS);
-    field.follow(at, 0.0, false).march.end == END_MISS
+    let (found, _) = field.follow(at, 0.0, false);
+    found.march.end == END_MISS
 }
 
 #[cfg(test)]

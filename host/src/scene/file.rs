@@ -323,6 +323,10 @@ fn object(
     // The paper's own numbers for what is the paper's.
     let (steps, bisections) = if tier == Tier::Paper || technique == Technique::Relief {
         (25, 5)
+    } else if tier == Tier::Accurate {
+        // Each piece of a ray takes a step of its own, and steps that run out
+        // would be seen.
+        (256, 10)
     } else {
         (96, 8)
     };
