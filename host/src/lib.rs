@@ -7,6 +7,7 @@
 //! ```text
 //! scene      a TOML file → what is to be drawn, checked
 //! mesh       OBJ → triangles with tangent frames and curvature
+//! shell      a mesh's curved prisms → plain data for the accurate tier
 //! shape_map  image → signed distance to the pattern
 //! prepare    all of these → plain data for a renderer
 //! render     data → words of a picture, on the CPU or on a GPU, by the same code

@@ -51,7 +51,10 @@ const ROUNDING: Real = 1e-6;
 const ROUNDING: Real = 1e-14;
 
 /// A ray is at an opening where its weight, or δ for the cap, is this near to 0.
-const ARRIVED: Real = 5.0 * OVERLAP;
+const ARRIVED: Real = OVERLAP;
+
+/// How far beside the triangle a ray may seem to come in for that, at most.
+const FURTHEST: Real = 0.01;
 
 /// An opening is taken for reached after [`TRIES`] within this.
 const THRESHOLD: Real = 1e-3;
@@ -274,15 +277,16 @@ impl State {
     /// `overlap`.
     #[inline]
     fn comes_in(&self, opening: u32, overlap: Real) -> bool {
-        let (c, v, _) = self.within(opening);
-        if v <= 0.0 {
+        let (c, v, a) = self.within(opening);
+        // On the way out, or to a highest point before the opening.
+        if v <= 0.0 || (c < 0.0 && v * v < 2.0 * a * c) {
             return false;
         }
         // The opening is not quite where this is.
         let early = abs(div(c, v));
         let w = weights(self.x, 1.0);
         let change = weights(self.velocity, 0.0);
-        let slack = |w: Real, change: Real| w >= -overlap - abs(change) * early;
+        let slack = |w: Real, change: Real| w >= -overlap - min(abs(change) * early, FURTHEST);
         (opening == 0 || slack(w.x, change.x))
             && (opening == 1 || slack(w.y, change.y))
             && (opening == 2 || slack(w.z, change.z))
@@ -667,10 +671,14 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 over = found
                     || !at.regular
                     || turns > OUTSIDE_STEPS
-                    || h > rest
+                    || h >= FAR
+                    || (h > rest && rest <= shortest)
                     || (opening == CAP && is_closed && at.state.passes_by(h));
+                // Beyond the hull's end there is nothing: if it looks so, the
+                // second order may be wrong.
+                let h_inside = min(h, rest);
                 let precision = self.blur * (enter + at.t);
-                if !over && at.may_glide(h, precision) {
+                if !over && h <= rest && at.may_glide(h, precision) {
                     let mut there = at;
                     there.glide(h);
                     let (c, _, _) = there.state.within(opening);
@@ -682,7 +690,11 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     }
                     over = found || is_closed;
                 }
-                h = if abs(h) < shortest { shortest } else { h };
+                let h = if abs(h_inside) < shortest {
+                    shortest
+                } else {
+                    h_inside
+                };
                 t = at.t + h;
                 guess = at.state.predicted(h);
             }
@@ -764,7 +776,9 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 }
                 if !over {
                     at.go(t, guess, ROUNDS);
-                    over = !at.regular;
+                    // Above the neighbour's cap: if it comes in there, that is
+                    // the neighbour's to find.
+                    over = !at.regular || at.state.x.z < -5.0 * ARRIVED;
                 }
                 if !over && turns > self.linear_steps + PIECES {
                     // Still in the shell: it counts as a hit, as steps that run out do.
