@@ -701,6 +701,28 @@ fn bake_says_what_is_wrong() {
 
 // ---------------------------------------------------------------- info
 
+/// Prisms as deep as the torus's tube is thick are folded.
+#[test]
+fn a_depth_that_the_surface_cannot_have_is_an_error_or_clamped() {
+    let desk = Desk::new();
+    desk.scene_fails(
+        torus("depth = 0.5\ntier = \"accurate\""),
+        "bends too much|of 2028 triangles|number |the largest depth that works is 0.39|clamp_depth|tier = \"fast\"",
+    );
+    let (_, clamped) = desk.render(&torus(
+        "depth = 0.5\ntier = \"accurate\"\nclamp_depth = true",
+    ));
+    clamped.check();
+    assert_eq!(clamped.classes(), BTreeSet::from([CAP, WALL, FLOOR]));
+    // A depth that works is left alone.
+    let (_, shallow) = desk.render(&torus("depth = 0.05\ntier = \"accurate\""));
+    let (_, same) = desk.render(&torus(
+        "depth = 0.05\ntier = \"accurate\"\nclamp_depth = true",
+    ));
+    assert_eq!(shallow.count(FLOOR), same.count(FLOOR));
+    assert!(shallow.count(WALL) < clamped.count(WALL));
+}
+
 #[test]
 fn info_shows_what_a_scene_loads() {
     let desk = Desk::new();

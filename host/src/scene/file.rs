@@ -68,8 +68,7 @@ struct ObjectTable {
     shape: Spanned<PathBuf>,
     repeat: Option<Spanned<[f64; 2]>>,
     depth: Option<Spanned<f64>>,
-    #[serde(default)]
-    clamp_depth: bool,
+    clamp_depth: Option<Spanned<bool>>,
     technique: Option<Technique>,
     extension: Option<Spanned<f64>>,
     bevel: Option<Spanned<f64>>,
@@ -320,6 +319,15 @@ fn object(
             "has no relief mapping; use tier = \"fast\", or another technique".to_string(),
         ));
     }
+    if tier != Tier::Accurate {
+        let elsewhere = "has no meaning in this tier; write tier = \"accurate\"";
+        if let Some(given) = &table.tolerance {
+            return Err(check.wrong(given, &key("tolerance"), elsewhere.to_string()));
+        }
+        if let Some(given) = &table.clamp_depth {
+            return Err(check.wrong(given, &key("clamp_depth"), elsewhere.to_string()));
+        }
+    }
     // The paper's own numbers for what is the paper's.
     let (steps, bisections) = if tier == Tier::Paper || technique == Technique::Relief {
         (25, 5)
@@ -341,7 +349,10 @@ fn object(
         shape: folder.join(table.shape.get_ref()),
         repeat,
         depth,
-        clamp_depth: table.clamp_depth,
+        clamp_depth: table
+            .clamp_depth
+            .as_ref()
+            .is_some_and(|clamp| *clamp.get_ref()),
         extrusion: extrusion(check, table, technique, &key)?,
         search: if technique == Technique::Relief {
             Search::Relief
@@ -624,6 +635,22 @@ mod tests {
                 object("tier = \"paper\"\nextension = -0.1"),
                 "line 5",
                 "fast",
+            ),
+            (
+                object("technique = \"relief\"\ntier = \"accurate\""),
+                "line 5",
+                "no relief mapping",
+            ),
+            (object("tolerance = 0.1"), "line 4", "accurate"),
+            (
+                object("tier = \"fast\"\nclamp_depth = true"),
+                "line 5",
+                "accurate",
+            ),
+            (
+                object("tier = \"accurate\"\ntolerance = 0"),
+                "line 5",
+                "tolerance",
             ),
             (object("steps = 0"), "line 4", "steps"),
             (object("steps = -99999999999"), "line 4", "steps"),
