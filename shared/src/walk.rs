@@ -856,8 +856,10 @@ pub fn search<S: Shells + ?Sized, T: Texels + ?Sized>(
         let entrance = field.seek(start, shell, hull, at_eye, from);
         entries += 1;
         if entrance.found {
-            // Inside a column the eye sees no cap, and no more through an open side.
-            let on_cap = !entrance.in_shell && entrance.at.state.x.z <= THRESHOLD;
+            // Inside a column the eye sees no cap, and no more through an open side
+            // or on the way up.
+            let state = &entrance.at.state;
+            let on_cap = !entrance.in_shell && state.x.z <= THRESHOLD && state.velocity.z > 0.0;
             let (ended, left) = field.follow(entrance.at, entrance.enter, on_cap);
             found = ended;
             // Out of a valley it may come in once more.
