@@ -5,9 +5,10 @@ use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo_shared::layout::{
-    Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, TIER_FAST, TIER_PAPER, TIER_PLANAR,
+    Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_ACCURATE, TIER_FAST,
+    TIER_PAPER, TIER_PLANAR,
 };
-use relievo_shared::outline::bounding_rectangle;
+use relievo_shared::outline::{Rectangle, bounding_rectangle, shell_outline};
 use relievo_shared_variant::{Finding, Mode, audited, with_mode};
 use relievo_tests::{asset, scenes};
 use std::path::Path;
@@ -15,23 +16,41 @@ use std::sync::LazyLock;
 
 const SIZE: [u32; 2] = [96, 72];
 
-/// A scene, and which triangles each pixel's ray may meet.
+/// A scene, and which triangles or prisms each pixel's ray may meet.
 struct Prepared {
     name: String,
     scene: PreparedScene,
-    /// Objects and triangles, in the order of drawing.
+    /// Objects and their triangles or prisms, in the order of drawing.
     candidates: Vec<Vec<[usize; 2]>>,
 }
 
 impl Prepared {
-    fn new(path: &Path, mut scene: Scene) -> Prepared {
+    fn new(path: &Path, scene: Scene) -> Prepared {
+        Prepared::with(path, scene, &|_| ())
+    }
+
+    /// `change` is made to each object's parameters.
+    fn with(path: &Path, mut scene: Scene, change: &dyn Fn(&mut Object)) -> Prepared {
         scene.size = SIZE;
-        let scene = prepare(&scene, &|_| ()).unwrap();
+        let mut scene = prepare(&scene, &|_| ()).unwrap();
+        scene.make_all_shells();
+        for object in &mut scene.objects {
+            change(&mut object.parameters);
+        }
         let mut candidates = vec![Vec::new(); (SIZE[0] * SIZE[1]) as usize];
         for (i, object) in scene.objects.iter().enumerate() {
-            for (j, triangle) in object.triangles.iter().enumerate() {
-                // A pixel wider than the triangle: more than any variant moves it.
-                let rectangle = bounding_rectangle(&scene.frame, triangle);
+            // A pixel wider than the triangle: more than any variant moves it.
+            let rectangles: Vec<Rectangle> = if object.has_prisms() {
+                let shells = object.shells.iter();
+                let outline = |shell| shell_outline(&scene.frame, &object.parameters, shell);
+                shells.map(|shell| outline(shell).rectangle).collect()
+            } else {
+                let triangles = object.triangles.iter();
+                triangles
+                    .map(|t| bounding_rectangle(&scene.frame, t))
+                    .collect()
+            };
+            for (j, rectangle) in rectangles.into_iter().enumerate() {
                 let pixel = |x: f32, side: u32| (0.5 + 0.5 * f64::from(x)) * f64::from(side);
                 let columns = pixel(rectangle.low.x, SIZE[0])..=pixel(rectangle.high.x, SIZE[0]);
                 let rows = pixel(-rectangle.high.y, SIZE[1])..=pixel(-rectangle.low.y, SIZE[1]);
@@ -54,30 +73,31 @@ impl Prepared {
 }
 
 /// Every way through the shared mathematics: tier, search, and whether there are self-shadows.
-const WAYS: [(u32, u32, u32); 4] = [
+const WAYS: [(u32, u32, u32); 5] = [
     (TIER_FAST, SEARCH_EXTRUSION, 1),
     (TIER_PLANAR, SEARCH_EXTRUSION, 0),
     (TIER_FAST, SEARCH_RELIEF, 0),
     (TIER_PAPER, SEARCH_PAPER, 0),
+    (TIER_ACCURATE, SEARCH_PRISMS, 1),
 ];
 
 /// The scenes of `assets/` as they are, and in every way.
 static SCENES: LazyLock<Vec<Prepared>> = LazyLock::new(|| {
     let mut all = Vec::new();
     for path in scenes() {
-        let load = || Prepared::new(&path, Scene::load(&path).unwrap());
-        all.push(load());
+        let load = || Scene::load(&path).unwrap();
+        all.push(Prepared::new(&path, load()));
         for (tier, search, self_shadow) in WAYS {
-            let mut other = load();
-            other.name += &format!(", tier {tier}, search {search}, self-shadow {self_shadow}");
-            for object in &mut other.scene.objects {
-                object.parameters = Object {
+            let mut other = Prepared::with(&path, load(), &|parameters| {
+                *parameters = Object {
                     tier,
                     search,
                     self_shadow,
-                    ..object.parameters
+                    tolerance: 0.1,
+                    ..*parameters
                 };
-            }
+            });
+            other.name += &format!(", tier {tier}, search {search}, self-shadow {self_shadow}");
             all.push(other);
         }
     }
@@ -119,9 +139,24 @@ macro_rules! renderer {
             use relievo_shared_variant::$tree::camera::{pixel_ray, reversed_depth};
             use relievo_shared_variant::$tree::fragment;
             use relievo_shared_variant::$tree::layout::{
-                Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Triangle,
+                Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell, Triangle,
             };
             use relievo_shared_variant::$tree::normals::CLASS_MISS;
+            use relievo_shared_variant::$tree::shell::{self, ShellHit};
+
+            enum Found {
+                Facet(fragment::Entry, fragment::Hit),
+                Prism(ShellHit),
+            }
+
+            impl Found {
+                fn hit(&self) -> &fragment::Hit {
+                    match self {
+                        Found::Facet(_, hit) => hit,
+                        Found::Prism(found) => &found.hit,
+                    }
+                }
+            }
 
             pub fn render(prepared: &Prepared) -> Picture {
                 let frame: Frame = bytemuck::cast(prepared.scene.frame);
@@ -142,17 +177,28 @@ macro_rules! renderer {
                 y: u32,
             ) -> [[u32; 4]; 3] {
                 let direction = pixel_ray(frame, x, y);
-                let mut nearest: Option<(usize, fragment::Entry, fragment::Hit)> = None;
+                let mut nearest: Option<(usize, Found)> = None;
                 for &[i, j] in candidates {
                     let object = &prepared.scene.objects[i];
-                    let triangle: Triangle = bytemuck::cast(object.triangles[j]);
                     let parameters: Object = bytemuck::cast(object.parameters);
+                    let texels = object.map.words();
+                    if object.has_prisms() {
+                        let shells: &[Shell] = bytemuck::cast_slice(&object.shells);
+                        let found =
+                            shell::trace(frame, &parameters, shells, texels, direction, j as u32);
+                        let best = nearest.as_ref().map_or(0.0, |(_, best)| best.hit().depth);
+                        if found.hit.class != CLASS_MISS && found.hit.depth > best {
+                            nearest = Some((i, Found::Prism(found)));
+                        }
+                        continue;
+                    }
+                    let triangle: Triangle = bytemuck::cast(object.triangles[j]);
                     let facet = fragment::meet(frame, &triangle, direction);
                     if !facet.hit {
                         continue;
                     }
                     let entry = fragment::enter(&parameters, &triangle, direction, &facet);
-                    let best = nearest.as_ref().map_or(0.0, |(_, _, hit)| hit.depth);
+                    let best = nearest.as_ref().map_or(0.0, |(_, best)| best.hit().depth);
                     if !entry.path.enters
                         || reversed_depth(frame, direction, entry.path.entry_t) < best
                     {
@@ -163,30 +209,50 @@ macro_rules! renderer {
                         SEARCH_RELIEF => fragment::trace::<SEARCH_RELIEF, [u32]>,
                         _ => fragment::trace::<SEARCH_EXTRUSION, [u32]>,
                     };
-                    let hit = trace(frame, &parameters, object.map.words(), direction, &entry);
+                    let hit = trace(frame, &parameters, texels, direction, &entry);
                     if hit.class != CLASS_MISS && hit.depth > best {
-                        nearest = Some((i, entry, hit));
+                        nearest = Some((i, Found::Facet(entry, hit)));
                     }
                 }
-                let Some((i, entry, hit)) = nearest else {
+                let Some((i, found)) = nearest else {
                     let [r, g, b] = prepared.scene.background.map(f32::to_bits);
                     return [[r, g, b, CLASS_MISS], [0; 4], [0; 4]];
                 };
                 let object = &prepared.scene.objects[i];
                 let (parameters, texels) = (bytemuck::cast(object.parameters), object.map.words());
-                let color = if object.parameters.self_shadow != 0 {
-                    fragment::color::<true, [u32]>
-                } else {
-                    fragment::color::<false, [u32]>
+                let shadows = object.parameters.self_shadow != 0;
+                let (rgb, normal) = match &found {
+                    Found::Prism(found) => {
+                        let shells: &[Shell] = bytemuck::cast_slice(&object.shells);
+                        let color = if shadows {
+                            shell::color::<true, [Shell], [u32]>
+                        } else {
+                            shell::color::<false, [Shell], [u32]>
+                        };
+                        (
+                            color(frame, &parameters, shells, texels, direction, found),
+                            shell::normals(&parameters, shells, texels, found),
+                        )
+                    }
+                    Found::Facet(entry, hit) => {
+                        let color = if shadows {
+                            fragment::color::<true, [u32]>
+                        } else {
+                            fragment::color::<false, [u32]>
+                        };
+                        (
+                            color(frame, &parameters, texels, direction, entry, hit),
+                            fragment::normals(&parameters, texels, direction, entry, hit),
+                        )
+                    }
                 };
-                let rgb = color(frame, &parameters, texels, direction, &entry, &hit);
-                let normal = fragment::normals(&parameters, texels, direction, &entry, &hit).carved;
-                let [r, g, b] = rgb.to_array().map(f32::to_bits);
-                let [nx, ny, nz] = normal.to_array().map(f32::to_bits);
+                let (hit, normal) = (found.hit(), normal.carved);
+                let [r, g, b] = rgb.to_array().map(fragment::word);
+                let [nx, ny, nz] = normal.to_array().map(fragment::word);
                 [
                     [r, g, b, hit.class],
-                    [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(f32::to_bits),
-                    [fragment::class_and_steps(&hit), nx, ny, nz],
+                    [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(fragment::word),
+                    [fragment::class_and_steps(hit), nx, ny, nz],
                 ]
             }
         }

@@ -6,7 +6,7 @@
 //! sign. Newton's method gives x at a point of the ray, and ∂F/∂x and F's
 //! second derivatives give x′ and x″ along it.
 
-use crate::arithmetic::{abs, div, max, normalize_or};
+use crate::arithmetic::{abs, div, max, normalize_or, settled3};
 use crate::layout::{NO_NEIGHBOUR, Shell, vec2, vec3};
 use crate::{Real, Vec2, Vec3};
 
@@ -245,9 +245,12 @@ impl Prism {
     pub fn frame(&self, x: Vec3) -> PrismFrame {
         let jacobian = self.jacobian(x);
         let [a, b, c] = self.corner_normals;
-        let depth_gradient = normalize_or(-jacobian.gradient_depth, Vec3::Z);
+        let depth_gradient = normalize_or(settled3(-jacobian.gradient_depth), Vec3::Z);
         PrismFrame {
-            normal: normalize_or(a * (1.0 - x.x - x.y) + b * x.x + c * x.y, depth_gradient),
+            normal: normalize_or(
+                settled3(a * (1.0 - x.x - x.y) + b * x.x + c * x.y),
+                depth_gradient,
+            ),
             gradient_u: jacobian.gradient_first * self.uv_first.x
                 + jacobian.gradient_second * self.uv_second.x,
             gradient_v: jacobian.gradient_first * self.uv_first.y

@@ -12,7 +12,7 @@
 //! Newton's method has put it, and ends before the third order is worth more
 //! than [`Field::blur`] allows.
 
-use crate::arithmetic::{abs, div, max, min, sqrt};
+use crate::arithmetic::{abs, div, max, min, settled, settled3, sqrt};
 use crate::layout::{NO_NEIGHBOUR, Shell, Slab, vec3};
 use crate::march::{END_CAP, END_MISS, END_SIDE, March, Stop, advance, refine};
 use crate::path::Path;
@@ -192,12 +192,6 @@ fn link_of(neighbours: [u32; 3], side: u32) -> u32 {
     } else {
         third
     }
-}
-
-/// `x`, or 0 for what would be lost on some devices.
-#[inline]
-fn settled(x: Real) -> Real {
-    if abs(x) < 1e-12 { 0.0 } else { x }
 }
 
 /// `i` + 1 in the order 0, 1, 2, 0.
@@ -800,7 +794,7 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             );
         }
         let x = at.state.predicted(s);
-        let x = Vec3::new(settled(x.x), settled(x.y), settled(x.z));
+        let x = settled3(x);
         let uv = at.prism.uv(x.x, x.y);
         let found = Found {
             march: March {
