@@ -274,6 +274,8 @@ fn upright_surface(quadric: Vec3, uv: Vec2, facet_depth: f32) -> Surface {
         uv,
         gradient_u: Vec3::X,
         gradient_v: Vec3::Y,
+        hessian_u: Vec3::ZERO,
+        hessian_v: Vec3::ZERO,
         facet_depth,
     }
 }
@@ -516,7 +518,7 @@ impl FromWords for Corner {
 }
 
 impl FromWords for Surface {
-    const WORDS: u32 = 21;
+    const WORDS: u32 = 27;
     #[inline]
     fn read<S: Source>(source: &mut S) -> Surface {
         let normal = Vec3::read(source);
@@ -526,6 +528,8 @@ impl FromWords for Surface {
         let uv = Vec2::read(source);
         let gradient_u = Vec3::read(source);
         let gradient_v = Vec3::read(source);
+        let hessian_u = Vec3::read(source);
+        let hessian_v = Vec3::read(source);
         let facet_depth = f32::read(source);
         Surface {
             normal,
@@ -535,13 +539,15 @@ impl FromWords for Surface {
             uv,
             gradient_u,
             gradient_v,
+            hessian_u,
+            hessian_v,
             facet_depth,
         }
     }
 }
 
 impl ToWords for Surface {
-    const WORDS: u32 = 21;
+    const WORDS: u32 = 27;
     #[inline]
     fn write<S: Sink>(self, sink: &mut S) {
         self.normal.write(sink);
@@ -551,6 +557,8 @@ impl ToWords for Surface {
         self.uv.write(sink);
         self.gradient_u.write(sink);
         self.gradient_v.write(sink);
+        self.hessian_u.write(sink);
+        self.hessian_v.write(sink);
         self.facet_depth.write(sink);
     }
 }
@@ -571,7 +579,7 @@ impl ToWords for March {
 pub struct PathWords(QuadraticPath);
 
 impl ToWords for PathWords {
-    const WORDS: u32 = 12;
+    const WORDS: u32 = 16;
     #[inline]
     fn write<S: Sink>(self, sink: &mut S) {
         let path = self.0;
@@ -580,8 +588,11 @@ impl ToWords for PathWords {
         path.entry_from_facet.write(sink);
         path.entry_uv.write(sink);
         path.velocity.write(sink);
+        path.uv_bend.write(sink);
         path.slope.write(sink);
         path.bend.write(sink);
+        path.inverse_depth.write(sink);
+        path.warp.write(sink);
         path.start().write(sink);
         path.end().write(sink);
         path.ends_on_floor().write(sink);

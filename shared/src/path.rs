@@ -3,7 +3,7 @@
 //! A tier is a path. The march asks a path for nothing but what [`Path`] says,
 //! so that a new model of the surface is one new path.
 
-use crate::arithmetic::{div, max, min, sqrt};
+use crate::arithmetic::{abs, clamp, div, max, min, sqrt};
 use crate::layout::{TIER_FAST, vec3};
 use crate::surface::Surface;
 use crate::{FAR, Real, Vec2, Vec3};
@@ -28,7 +28,19 @@ pub trait Path {
 }
 
 /// The straight ray over a flat surface and the bent ray over a quadric are one
-/// formula: δ S_z = s (slope − q s), with q = 0 for the planar tier.
+/// formula, with curvature 0 for the planar tier.
+///
+/// Section 4 measures the depth below the quadric along the normal at the facet,
+/// δ0 + V_z s − q s², and takes the texture coordinates from right above. Both
+/// are right to the order that matters only while the depth is small against the
+/// radius of curvature. Here the depth d is that along the normal below which
+/// the point lies: over a sphere or a cylinder of curvature k,
+///
+/// d − ½ k d² = δ0 + V_z s − (q + ½ k V_z²) s²,
+///
+/// still a parabola, and exact; over any quadric Q the choice k = 2 |Q V|² / q
+/// makes it right to third order. That normal stands at V s + 2 d Q V s, and
+/// ∇u changes on the way there, which makes texture coordinates of second order.
 ///
 /// Section 4 counts s from the facet, which lies δ0 below the smooth surface;
 /// counting it from where the ray enters the shell instead removes δ0 from
@@ -44,18 +56,30 @@ pub struct QuadraticPath {
     pub entry_from_facet: Real,
     /// Texture coordinates at the entry.
     pub entry_uv: Vec2,
-    /// m: change of the texture coordinates, repeats per object unit.
+    /// Change of the texture coordinates at the entry, repeats per object unit.
     pub velocity: Vec2,
+    /// Half their second derivative, repeats per square object unit.
+    pub uv_bend: Vec2,
     /// R: depth gained per unit of s at the entry, ≥ 0.
     pub slope: Real,
-    /// q: bend of the ray, 1 / object units, > 0 where the surface falls away.
+    /// q + ½ k V_z²: bend of the ray, 1 / object units, > 0 where the surface
+    /// falls away.
     pub bend: Real,
-    /// 1 / S_z.
-    inverse_depth: Real,
+    /// What d − ½ k d² has to be multiplied with to be 1 at the floor, 1 / object units.
+    pub inverse_depth: Real,
+    /// About ½ k S_z: by how much δ lags behind d − ½ k d².
+    pub warp: Real,
+    /// By how much the foot of the normal moves on, in the surface's frame, for
+    /// the square of the distance from the facet.
+    foot_bend: Vec2,
     start: Real,
     end: Real,
     ends_on_floor: bool,
 }
+
+/// Half the curvature times the depth, at most: beyond, the shell comes near to
+/// the centre of curvature, and the series for a smaller depth are better.
+const MOST_WARP: Real = 0.25;
 
 /// Below this a curvature is none: its reciprocal would leave the range of
 /// values that keep their meaning in f32.
@@ -82,19 +106,65 @@ impl QuadraticPath {
             direction.dot(surface.gradient_v),
         );
         let planar = tier != TIER_FAST;
-        let quadric = surface.quadric;
-        let q = if planar {
-            0.0
+        let quadric = if planar { Vec3::ZERO } else { surface.quadric };
+        // Q V, and q = V · Q V.
+        let turn = Vec2::new(
+            quadric.x * v_x + 0.5 * quadric.y * v_y,
+            0.5 * quadric.y * v_x + quadric.z * v_y,
+        );
+        let q = turn.x * v_x + turn.y * v_y;
+        let turn_squared = turn.dot(turn);
+        let tangential = v_x * v_x + v_y * v_y;
+
+        // ½ k S_z, with less than |Q V|² / q where the ray nearly follows one of
+        // the lines in which a saddle is straight.
+        let least = max(q * q, tangential * turn_squared * 0.0625);
+        let half_bend = if least > FLAT * FLAT {
+            clamp(
+                div(turn_squared, least) * (q * depth),
+                -MOST_WARP,
+                MOST_WARP,
+            )
         } else {
-            quadric.x * v_x * v_x + quadric.y * v_x * v_y + quadric.z * v_y * v_y
+            0.0
         };
+        let floor_depth = depth * (1.0 - half_bend);
+        let inverse_depth = div(1.0, floor_depth);
+        let half_curvature = half_bend * (1.0 - half_bend) * inverse_depth;
+        let q = q + half_curvature * (v_z * v_z);
         let q = if q < FLAT && q > -FLAT { 0.0 } else { q };
+
         let facet_depth = if planar { 0.0 } else { surface.facet_depth };
         // The quadric does not reach down to a facet so deep: forget the depth.
         let radicand = v_z * v_z + 4.0 * q * facet_depth;
         let facet_depth = if radicand < 0.0 { 0.0 } else { facet_depth };
         let radicand = if radicand < 0.0 { v_z * v_z } else { radicand };
         let slope = sqrt(radicand);
+
+        // 2 Q V, with as little of the curvature as for the depth.
+        let reach = 16.0 * (depth * depth) * turn_squared;
+        let share = if reach > tangential {
+            div(tangential, reach)
+        } else {
+            1.0
+        };
+        let shift = turn * (2.0 * share);
+        let shift_in_space = surface.tangent * shift.x + surface.bitangent * shift.y;
+        let uv_shift = Vec2::new(
+            shift_in_space.dot(surface.gradient_u),
+            shift_in_space.dot(surface.gradient_v),
+        );
+        let squares = if planar {
+            Vec3::ZERO
+        } else {
+            Vec3::new(v_x * v_x, v_x * v_y, v_y * v_y)
+        };
+        let from_facet = velocity + uv_shift * facet_depth;
+        let uv_bend = uv_shift * v_z
+            + Vec2::new(
+                surface.hessian_u.dot(squares),
+                surface.hessian_v.dot(squares),
+            );
 
         // The root at which the ray goes down, by the form that does not cancel.
         let sum = v_z + slope;
@@ -108,10 +178,10 @@ impl QuadraticPath {
         };
 
         let exit = if q > 0.0 { div(slope, q) } else { FAR };
-        let floor_radicand = slope * slope - 4.0 * q * depth;
+        let floor_radicand = slope * slope - 4.0 * q * floor_depth;
         let floor_sum = slope + sqrt(floor_radicand);
         let floor = if floor_radicand >= 0.0 && floor_sum > FLAT {
-            div(2.0 * depth, floor_sum)
+            div(2.0 * floor_depth, floor_sum)
         } else {
             FAR
         };
@@ -119,17 +189,36 @@ impl QuadraticPath {
         let end = min(exit, floor);
         // A ray that runs along the cap for ever can hit nothing but the cap.
         let endless = end >= FAR;
+        let end = if endless { 0.0 } else { end };
+
+        // The second order stays below the first: where it does not, a series
+        // is of no use.
+        let reach = max(abs(entry), end);
+        let first = abs(from_facet.x) + abs(from_facet.y);
+        let second = (abs(uv_bend.x) + abs(uv_bend.y)) * reach;
+        let uv_bend = if reach > 1e9 {
+            Vec2::ZERO
+        } else if second > first {
+            uv_bend * div(first, second)
+        } else {
+            uv_bend
+        };
         QuadraticPath {
             enters,
             entry_t,
             entry_from_facet: entry,
-            entry_uv: surface.uv + velocity * entry,
-            velocity,
+            entry_uv: surface.uv + (from_facet + uv_bend * entry) * entry,
+            velocity: from_facet + uv_bend * (2.0 * entry),
+            uv_bend,
             slope,
             bend: q,
-            inverse_depth: div(1.0, depth),
+            inverse_depth,
+            // The parabola through both ends of the true curve with its slope at
+            // the floor, to second order.
+            warp: half_bend * (1.0 + half_bend),
+            foot_bend: shift * v_z,
             start: max(-entry_t, 0.0),
-            end: if endless { 0.0 } else { end },
+            end,
             ends_on_floor: !endless && floor <= exit,
         }
     }
@@ -142,8 +231,8 @@ impl QuadraticPath {
             return surface.normal;
         }
         let from_facet = self.entry_from_facet + s;
-        let x = from_facet * direction.dot(surface.tangent);
-        let y = from_facet * direction.dot(surface.bitangent);
+        let x = from_facet * (direction.dot(surface.tangent) + self.foot_bend.x * from_facet);
+        let y = from_facet * (direction.dot(surface.bitangent) + self.foot_bend.y * from_facet);
         let quadric = surface.quadric;
         let raw = surface.normal
             + surface.tangent * (2.0 * quadric.x * x + quadric.y * y)
@@ -155,17 +244,22 @@ impl QuadraticPath {
 impl Path for QuadraticPath {
     #[inline]
     fn uv(&self, s: Real) -> Vec2 {
-        self.entry_uv + self.velocity * s
+        self.entry_uv + (self.velocity + self.uv_bend * s) * s
     }
 
     #[inline]
     fn depth_fraction(&self, s: Real) -> Real {
-        s * (self.slope - self.bend * s) * self.inverse_depth
+        let even = s * (self.slope - self.bend * s) * self.inverse_depth;
+        even * (1.0 - self.warp * (1.0 - even))
     }
 
     #[inline]
     fn uv_rate(&self) -> Vec2 {
-        self.velocity
+        let most = 2.0 * self.end;
+        Vec2::new(
+            abs(self.velocity.x) + abs(self.uv_bend.x) * most,
+            abs(self.velocity.y) + abs(self.uv_bend.y) * most,
+        )
     }
 
     #[inline]
@@ -176,7 +270,7 @@ impl Path for QuadraticPath {
         } else {
             self.slope
         };
-        steepest * self.inverse_depth
+        steepest * self.inverse_depth * (1.0 + abs(self.warp))
     }
 
     #[inline]
@@ -206,6 +300,8 @@ pub fn test_surface(quadric: [Real; 3], facet_depth: Real) -> Surface {
         uv: Vec2::ZERO,
         gradient_u: Vec3::X,
         gradient_v: Vec3::Y,
+        hessian_u: Vec3::ZERO,
+        hessian_v: Vec3::ZERO,
         facet_depth,
     }
 }
@@ -273,10 +369,55 @@ mod tests {
             -self.direction[2]
         }
 
+        /// Q V.
+        fn turn(&self) -> [f64; 2] {
+            let ([xx, xy, yy], [x, y, _]) = (self.quadric, self.direction);
+            [xx * x + 0.5 * xy * y, 0.5 * xy * x + yy * y]
+        }
+
         /// q of section 4.
+        fn section_q(&self) -> f64 {
+            self.turn()[0] * self.direction[0] + self.turn()[1] * self.direction[1]
+        }
+
+        /// |V|² along the surface.
+        fn tangential(&self) -> f64 {
+            self.direction[0].powi(2) + self.direction[1].powi(2)
+        }
+
+        /// ½ k S_z.
+        fn half_bend(&self) -> f64 {
+            let [x, y] = self.turn();
+            let turn_squared = x * x + y * y;
+            let least = (self.section_q().powi(2)).max(self.tangential() * turn_squared / 16.0);
+            if least <= 1e-36 {
+                return 0.0;
+            }
+            (turn_squared / least * self.section_q() * self.depth).clamp(-0.25, 0.25)
+        }
+
+        /// q + ½ k V_z².
         fn q(&self) -> f64 {
-            let [x, y, _] = self.direction;
-            self.quadric[0] * x * x + self.quadric[1] * x * y + self.quadric[2] * y * y
+            self.section_q() + self.half_bend() / self.depth * self.v_z().powi(2)
+        }
+
+        /// By how much the texture coordinates bend: 2 Q V, where that is small.
+        fn shift(&self) -> [f64; 2] {
+            let [x, y] = self.turn();
+            let reach = 16.0 * self.depth.powi(2) * (x * x + y * y);
+            let share = if reach > self.tangential() {
+                self.tangential() / reach
+            } else {
+                1.0
+            };
+            [2.0 * share * x, 2.0 * share * y]
+        }
+
+        /// δ where d − ½ k d² is `even`.
+        fn fraction_of(&self, even: f64) -> f64 {
+            let half_bend = self.half_bend();
+            let even = even / (self.depth * (1.0 - half_bend));
+            even * (1.0 - half_bend * (1.0 + half_bend) * (1.0 - even))
         }
 
         fn radicand(&self) -> f64 {
@@ -306,7 +447,7 @@ mod tests {
             }
         }
 
-        /// δ S_z at the distance `s` from the facet: δ0 + V_z s − q s².
+        /// d − ½ k d² at the distance `s` from the facet.
         fn depth_at(&self, s: f64) -> f64 {
             self.counted_facet_depth() + s * (self.v_z() - self.q() * s)
         }
@@ -325,7 +466,8 @@ mod tests {
                 + self.quadric[1].abs() * x * y
                 + self.quadric[2].abs() * y * y;
             (self.radicand().abs() > 1e-3 * terms || terms == 0.0)
-                && self.q().abs() >= 0.1 * q_terms
+                && self.section_q().abs() >= 0.1 * q_terms
+                && (q_terms == 0.0 || self.section_q().abs() > 1e-15)
                 && (self.q() == 0.0 || self.q().abs() > 1e-15)
                 && (self.q() >= 0.0
                     || self.v_z() + self.root() > 0.1 * self.root()
@@ -373,18 +515,34 @@ mod tests {
             for fraction in [0.1, 0.5, 0.9, 1.0] {
                 let s = end * fraction;
                 let from_facet = entry + s;
-                let expected = ray.depth_at(from_facet) / ray.depth;
+                let expected = ray.fraction_of(ray.depth_at(from_facet));
                 let scale = (ray.scale_at(from_facet) + ray.scale_at(entry)) / ray.depth;
                 let found = f64::from(path.depth_fraction(s as f32));
                 assert!(
                     (found - expected).abs() <= 4e-6 * scale + 1e-6,
                     "{found} {expected} {ray:?} {path:?}"
                 );
-                // Section 4's uv0 + m s; the test surface's uv are x and y.
+                // The test surface's uv are x and y.
                 let uv = path.uv(s as f32);
-                let scale = entry.abs() + s;
-                assert!((f64::from(uv.x) - ray.direction[0] * from_facet).abs() <= 1e-6 * scale);
-                assert!((f64::from(uv.y) - ray.direction[1] * from_facet).abs() <= 1e-6 * scale);
+                let reach = entry.abs().max(end);
+                let first =
+                    |i: usize| ray.direction[i] + ray.shift()[i] * ray.counted_facet_depth();
+                let second = ray.shift().map(|shift| shift * v_z);
+                let sum = |a: f64, b: f64| a.abs() + b.abs();
+                let excess = sum(second[0], second[1]) * reach / sum(first(0), first(1));
+                let share = if reach > 1e9 {
+                    0.0
+                } else {
+                    1.0 / excess.max(1.0)
+                };
+                let scale = (1.0 + excess.min(1.0)) * (entry.abs() + s);
+                for (i, found) in uv.to_array().into_iter().enumerate() {
+                    let expected = (first(i) + share * second[i] * from_facet) * from_facet;
+                    assert!(
+                        (f64::from(found) - expected).abs() <= 4e-6 * scale,
+                        "{found} {expected} {ray:?} {path:?}"
+                    );
+                }
             }
             if path.ends_on_floor() {
                 to_floor += 1;
@@ -415,11 +573,13 @@ mod tests {
             }
             for i in 0..=10 {
                 let s = f64::from(path.end()) * f64::from(i) / 10.0;
-                let descent = (ray.v_z() - 2.0 * ray.q() * (f64::from(path.entry_from_facet) + s))
-                    / ray.depth;
-                let scale = (ray.v_z().abs()
-                    + (ray.q() * (f64::from(path.entry_from_facet) + s)).abs())
-                    / ray.depth;
+                let from_facet = f64::from(path.entry_from_facet) + s;
+                let half_bend = ray.half_bend();
+                let floor_depth = ray.depth * (1.0 - half_bend);
+                let even = (ray.depth_at(from_facet) / floor_depth).clamp(0.0, 1.0);
+                let warped = 1.0 + half_bend * (1.0 + half_bend) * (2.0 * even - 1.0);
+                let descent = warped * (ray.v_z() - 2.0 * ray.q() * from_facet) / floor_depth;
+                let scale = (ray.v_z().abs() + (ray.q() * from_facet).abs()) / floor_depth;
                 assert!(
                     descent <= f64::from(path.depth_rate()) + 4e-6 * scale,
                     "{descent} {} {ray:?}",
@@ -430,7 +590,7 @@ mod tests {
     }
 
     #[test]
-    fn a_sphere_is_met_to_second_order() {
+    fn a_sphere_is_met_to_third_order() {
         let mut random = Random(3);
         for _ in 0..2_000 {
             let radius = random.magnitude(1e-2, 1e2);
@@ -455,18 +615,29 @@ mod tests {
                 let distance = (x * x + y * y + (radius + z).powi(2)).sqrt();
                 let s = (from_facet - entry) as f32;
                 let found = f64::from(path.depth_fraction(s)) * ray.depth;
-                let error = (found - (radius - distance)).abs() / radius;
-                // The next term of R − |p| is at most ½ (s/R)³, and the fourth powers follow.
+                if s > path.end() {
+                    continue;
+                }
+                // What is left is that the warp is a parabola, too.
+                let error = (found - (radius - distance)).abs() / ray.depth;
+                assert!(error < 4e-3, "{error} {fraction} {ray:?}");
+
+                // The texture coordinates are x and y of the plane that touches
+                // the sphere where the ray does; they are to be those of the
+                // place from which the normal leads to the ray.
+                let uv = path.uv(s);
+                let foot = |along: f64| f64::from(along as f32) * radius / distance;
+                let apart = (f64::from(uv.x) - foot(x)).hypot(f64::from(uv.y) - foot(y)) / radius;
                 assert!(
-                    error < 0.5 * fraction.powi(3) + 3e-6,
-                    "{error} {fraction} {ray:?}"
+                    apart < 1.5 * fraction.powi(3) + 3e-6,
+                    "{apart} {fraction} {ray:?}"
                 );
 
                 // The normal at the end of the way: that of the sphere below it.
                 let exact = Vec3::new(x as f32, y as f32, (radius + z) as f32) / distance as f32;
                 let normal = path.surface_normal(&surface, direction, s, TIER_FAST);
                 let error = f64::from((normal - exact).length());
-                assert!(error < 1.2 * fraction.powi(2) + 1e-5, "{error} {fraction}");
+                assert!(error < 1.2 * fraction.powi(3) + 1e-5, "{error} {fraction}");
                 assert_eq!(
                     path.surface_normal(&surface, direction, s, TIER_PLANAR),
                     Vec3::Z
@@ -524,12 +695,12 @@ mod tests {
 
     #[test]
     fn the_exit_of_a_convex_surface() {
-        // δ0 = 0: s_exit = V_z / q (section 4), here 0.6 / (0.64 · 2).
-        let path = leaning(2.0, 0.6, 0.5, 0.0);
+        // The exit of a chord of a circle: 2 V_z / k, here with k = 4.
+        let path = leaning(2.0, 0.6, 0.06, 0.0);
         assert!(!path.ends_on_floor());
-        assert!((path.end() - 0.6 / 1.28).abs() < 1e-6);
-        // The floor at the very top of the arc is still the floor: V_z² = 4 q S_z.
-        let path = leaning(1.0, 0.6, 0.36 / 2.56 - 1e-6, 0.0);
+        assert!((path.end() - 0.3).abs() < 1e-6);
+        // The floor at the very top of the arc is still the floor: (1 − 0.8) / k.
+        let path = leaning(1.0, 0.6, 0.1 - 1e-6, 0.0);
         assert!(path.ends_on_floor());
         // A ray that climbs from a facet below the cap entered before the facet.
         let path = leaning(2.0, -0.6, 0.5, 0.01);
@@ -547,10 +718,10 @@ mod tests {
         let flat = leaning(0.0, 0.0, 0.1, 0.0);
         assert!(flat.enters && !flat.ends_on_floor());
         assert_eq!(flat.end(), 0.0);
-        // q < 0: the floor at √(S_z / |q|).
+        // q < 0: the floor of a circle with radius 1 at √(1.1² − 1).
         let concave = leaning(-0.5, 0.0, 0.1, 0.0);
         assert!(concave.enters && concave.ends_on_floor());
-        assert!((concave.end() - 0.2f32.sqrt()).abs() < 1e-6);
+        assert!((concave.end() - 0.21f32.sqrt()).abs() < 1e-6);
         // Away from a flat or a hollow cap: never.
         assert!(!leaning(0.0, -0.1, 0.1, 0.0).enters);
         assert!(!leaning(-0.5, -0.1, 0.1, 0.0).enters);

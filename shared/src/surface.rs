@@ -1,6 +1,6 @@
 //! The smooth surface at a point of a facet: what the corners say, interpolated.
 
-use crate::arithmetic::normalize_or;
+use crate::arithmetic::{div, normalize_or};
 use crate::facet::FacetHit;
 use crate::layout::{Triangle, vec2, vec3};
 use crate::{Real, Vec2, Vec3};
@@ -22,6 +22,11 @@ pub struct Surface {
     pub gradient_u: Vec3,
     /// ∇v in the plane orthogonal to N, repeats per object unit.
     pub gradient_v: Vec3,
+    /// Second order of u on the surface, as the coefficients xx, xy, yy in (T, B),
+    /// repeats per square object unit.
+    pub hessian_u: Vec3,
+    /// The same of v.
+    pub hessian_v: Vec3,
     /// δ0: how far the facet lies below the smooth surface here, object units.
     pub facet_depth: Real,
 }
@@ -50,7 +55,10 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
 
     let gradient_u = vec3(a.gradient_u) * wa + vec3(b.gradient_u) * wb + vec3(c.gradient_u) * wc;
     let gradient_v = vec3(a.gradient_v) * wa + vec3(b.gradient_v) * wb + vec3(c.gradient_v) * wc;
+    let change = WeightChange::new(pb, pc, tangent, bitangent);
     Surface {
+        hessian_u: change.hessian(vec3(a.gradient_u), vec3(b.gradient_u), vec3(c.gradient_u)),
+        hessian_v: change.hessian(vec3(a.gradient_v), vec3(b.gradient_v), vec3(c.gradient_v)),
         normal,
         tangent,
         bitangent,
@@ -59,6 +67,50 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
         gradient_u: gradient_u - normal * gradient_u.dot(normal),
         gradient_v: gradient_v - normal * gradient_v.dot(normal),
         facet_depth,
+    }
+}
+
+/// How the weights of a facet's corners change along its surface.
+struct WeightChange {
+    tangent: Vec3,
+    bitangent: Vec3,
+    /// The gradients of the second and the third weight in (T, B).
+    second: Vec2,
+    third: Vec2,
+}
+
+impl WeightChange {
+    /// Over the triangle between 0, `second` and `third`.
+    #[inline]
+    fn new(second: Vec3, third: Vec3, tangent: Vec3, bitangent: Vec3) -> WeightChange {
+        let normal = second.cross(third);
+        let squared = normal.dot(normal);
+        // Too small a triangle is one of constant gradients.
+        let scale = if squared > 1e-30 {
+            div(1.0, squared)
+        } else {
+            0.0
+        };
+        let flat = |v: Vec3| Vec2::new(v.dot(tangent), v.dot(bitangent));
+        WeightChange {
+            tangent,
+            bitangent,
+            second: flat(third.cross(normal) * scale),
+            third: flat(normal.cross(second) * scale),
+        }
+    }
+
+    /// The second order, xx, xy, yy, of what has these gradients at the corners.
+    #[inline]
+    fn hessian(&self, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
+        let flat = |v: Vec3| Vec2::new(v.dot(self.tangent), v.dot(self.bitangent));
+        let (b, c) = (flat(b - a), flat(c - a));
+        let (second, third) = (self.second, self.third);
+        Vec3::new(
+            second.x * b.x + third.x * c.x,
+            second.x * b.y + second.y * b.x + third.x * c.y + third.y * c.x,
+            second.y * b.y + third.y * c.y,
+        ) * 0.5
     }
 }
 
