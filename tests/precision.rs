@@ -48,8 +48,7 @@ fn wide_surface(surface: &single::surface::Surface) -> double::surface::Surface 
         uv: surface.uv.as_dvec2(),
         gradient_u: surface.gradient_u.as_dvec3(),
         gradient_v: surface.gradient_v.as_dvec3(),
-        hessian_u: surface.hessian_u.as_dvec3(),
-        hessian_v: surface.hessian_v.as_dvec3(),
+        uv_bend: surface.uv_bend.as_dvec2(),
         facet_depth: f64::from(surface.facet_depth),
     }
 }

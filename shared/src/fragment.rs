@@ -4,7 +4,7 @@ use crate::arithmetic::floor;
 use crate::camera::reversed_depth;
 use crate::contract::{check, check2, check3};
 use crate::facet::{self, FacetHit};
-use crate::layout::{Frame, Object, SEARCH_PAPER, SEARCH_RELIEF, Triangle, vec3};
+use crate::layout::{Frame, Object, SEARCH_PAPER, SEARCH_RELIEF, TIER_FAST, Triangle, vec3};
 use crate::light;
 use crate::march::march;
 use crate::normals::{CLASS_MISS, class_of, normal_at};
@@ -14,7 +14,7 @@ use crate::profile::Profile;
 use crate::relief;
 use crate::shadow::{self, ShadowPoint};
 use crate::shape_map::{ShapeMap, Texels};
-use crate::surface::{Surface, interpolate};
+use crate::surface::{Surface, interpolate, uv_bend};
 use crate::{Real, Vec2, Vec3};
 
 /// A ray's way into the shell over a triangle, before any search.
@@ -54,7 +54,10 @@ pub fn meet(frame: &Frame, triangle: &Triangle, direction: Vec3) -> FacetHit {
 /// Enters the shell over `triangle` where the ray has met it.
 #[inline]
 pub fn enter(object: &Object, triangle: &Triangle, direction: Vec3, facet: &FacetHit) -> Entry {
-    let surface = interpolate(triangle, facet);
+    let mut surface = interpolate(triangle, facet);
+    if object.tier == TIER_FAST {
+        surface.uv_bend = uv_bend(triangle, surface.normal, direction);
+    }
     let path = QuadraticPath::new(&surface, direction, facet.t, object.depth, object.tier);
     if path.enters {
         check3(surface.normal);

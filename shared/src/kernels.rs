@@ -21,7 +21,7 @@ use crate::profile::Profile;
 use crate::shadow::{self, ShadowPoint};
 use crate::shape_map::{ShapeMap, Texels};
 pub use crate::surface::Surface;
-use crate::surface::interpolate;
+use crate::surface::{interpolate, uv_bend};
 pub use crate::{Vec2, Vec3};
 use crate::{paper, relief};
 use relievo_kernel::{Domain, FromWords, Kind, Sink, Source, ToWords};
@@ -99,7 +99,7 @@ macro_rules! for_each_kernel {
             depth(Vec3: DIRECTION, Vec3: DIRECTION, f32: DISTANCE, f32: DEPTH) -> f32 = kernels::depth;
             rectangle(Vec3: POSITION, Vec3: POSITION, Vec3: POSITION, Vec3: POSITION) -> (Vec2, Vec2) = kernels::rectangle;
             facet(Vec3: POSITION, Vec3: DIRECTION, Vec3: POSITION, Vec3: POSITION, Vec3: POSITION) -> (bool, f32, Vec3, Vec3) = kernels::facet;
-            surface(Corner: CURVATURE, Corner: CURVATURE, Corner: CURVATURE, Vec3: FRACTION) -> Surface = kernels::surface;
+            surface(Corner: CURVATURE, Corner: CURVATURE, Corner: CURVATURE, Vec3: FRACTION, Vec3: DIRECTION) -> Surface = kernels::surface;
             path(Surface: CURVATURE, Vec3: DIRECTION, f32: DISTANCE, f32: DEPTH, u32: CHOICE, f32: FRACTION) -> (PathWords, Vec2, f32, Vec3) = kernels::path;
             path_over_quadric(Vec3: CURVATURE, f32: FACET_DEPTH, Vec3: DIRECTION, f32: DISTANCE, f32: DEPTH, f32: FRACTION) -> (PathWords, Vec2, f32, Vec3) = kernels::path_over_quadric;
             profile(f32: WIDTH, f32: WIDTH, f32: FRACTION, f32: FRACTION, f32: TEXELS) -> (f32, f32, f32) = kernels::profile;
@@ -229,8 +229,8 @@ pub fn facet(eye: Vec3, direction: Vec3, a: Vec3, b: Vec3, c: Vec3) -> (bool, f3
     (found.hit, found.t, found.weights, found.normal)
 }
 
-/// The smooth surface over a point of a triangle.
-pub fn surface(a: Corner, b: Corner, c: Corner, weights: Vec3) -> Surface {
+/// The smooth surface over a point of a triangle, for a ray.
+pub fn surface(a: Corner, b: Corner, c: Corner, weights: Vec3, direction: Vec3) -> Surface {
     let triangle = Triangle {
         corners: [a, b, c],
         handedness: 1.0,
@@ -241,7 +241,11 @@ pub fn surface(a: Corner, b: Corner, c: Corner, weights: Vec3) -> Surface {
         weights,
         normal: Vec3::Z,
     };
-    interpolate(&triangle, &hit)
+    let surface = interpolate(&triangle, &hit);
+    Surface {
+        uv_bend: uv_bend(&triangle, surface.normal, direction),
+        ..surface
+    }
 }
 
 /// A path over any surface: what it is, and where it is at a share of its length.
@@ -274,8 +278,7 @@ fn upright_surface(quadric: Vec3, uv: Vec2, facet_depth: f32) -> Surface {
         uv,
         gradient_u: Vec3::X,
         gradient_v: Vec3::Y,
-        hessian_u: Vec3::ZERO,
-        hessian_v: Vec3::ZERO,
+        uv_bend: Vec2::ZERO,
         facet_depth,
     }
 }
@@ -518,7 +521,7 @@ impl FromWords for Corner {
 }
 
 impl FromWords for Surface {
-    const WORDS: u32 = 27;
+    const WORDS: u32 = 23;
     #[inline]
     fn read<S: Source>(source: &mut S) -> Surface {
         let normal = Vec3::read(source);
@@ -528,8 +531,7 @@ impl FromWords for Surface {
         let uv = Vec2::read(source);
         let gradient_u = Vec3::read(source);
         let gradient_v = Vec3::read(source);
-        let hessian_u = Vec3::read(source);
-        let hessian_v = Vec3::read(source);
+        let uv_bend = Vec2::read(source);
         let facet_depth = f32::read(source);
         Surface {
             normal,
@@ -539,15 +541,14 @@ impl FromWords for Surface {
             uv,
             gradient_u,
             gradient_v,
-            hessian_u,
-            hessian_v,
+            uv_bend,
             facet_depth,
         }
     }
 }
 
 impl ToWords for Surface {
-    const WORDS: u32 = 27;
+    const WORDS: u32 = 23;
     #[inline]
     fn write<S: Sink>(self, sink: &mut S) {
         self.normal.write(sink);
@@ -557,8 +558,7 @@ impl ToWords for Surface {
         self.uv.write(sink);
         self.gradient_u.write(sink);
         self.gradient_v.write(sink);
-        self.hessian_u.write(sink);
-        self.hessian_v.write(sink);
+        self.uv_bend.write(sink);
         self.facet_depth.write(sink);
     }
 }

@@ -530,8 +530,7 @@ mod tests {
                 uv: Vec2::new(number(), number()),
                 gradient_u: Vec3::new(number(), number(), 0.0),
                 gradient_v: Vec3::new(number(), number(), 0.0),
-                hessian_u: Vec3::new(number(), number(), number()),
-                hessian_v: Vec3::new(number(), number(), number()),
+                uv_bend: Vec2::new(number(), number()),
                 ..test_surface([number(), number(), number()], 0.0)
             };
             let z = random.within(0.05, 1.0);

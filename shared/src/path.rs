@@ -154,17 +154,12 @@ impl QuadraticPath {
             shift_in_space.dot(surface.gradient_u),
             shift_in_space.dot(surface.gradient_v),
         );
-        let squares = if planar {
-            Vec3::ZERO
-        } else {
-            Vec3::new(v_x * v_x, v_x * v_y, v_y * v_y)
-        };
         let from_facet = velocity + uv_shift * facet_depth;
-        let uv_bend = uv_shift * v_z
-            + Vec2::new(
-                surface.hessian_u.dot(squares),
-                surface.hessian_v.dot(squares),
-            );
+        let uv_bend = if planar {
+            Vec2::ZERO
+        } else {
+            uv_shift * v_z + surface.uv_bend
+        };
 
         // The root at which the ray goes down, by the form that does not cancel.
         let sum = v_z + slope;
@@ -255,10 +250,10 @@ impl Path for QuadraticPath {
 
     #[inline]
     fn uv_rate(&self) -> Vec2 {
-        let most = 2.0 * self.end;
+        let last = self.velocity + self.uv_bend * (2.0 * self.end);
         Vec2::new(
-            abs(self.velocity.x) + abs(self.uv_bend.x) * most,
-            abs(self.velocity.y) + abs(self.uv_bend.y) * most,
+            max(abs(self.velocity.x), abs(last.x)),
+            max(abs(self.velocity.y), abs(last.y)),
         )
     }
 
@@ -300,8 +295,7 @@ pub fn test_surface(quadric: [Real; 3], facet_depth: Real) -> Surface {
         uv: Vec2::ZERO,
         gradient_u: Vec3::X,
         gradient_v: Vec3::Y,
-        hessian_u: Vec3::ZERO,
-        hessian_v: Vec3::ZERO,
+        uv_bend: Vec2::ZERO,
         facet_depth,
     }
 }

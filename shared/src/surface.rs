@@ -22,11 +22,9 @@ pub struct Surface {
     pub gradient_u: Vec3,
     /// ∇v in the plane orthogonal to N, repeats per object unit.
     pub gradient_v: Vec3,
-    /// Second order of u on the surface, as the coefficients xx, xy, yy in (T, B),
-    /// repeats per square object unit.
-    pub hessian_u: Vec3,
-    /// The same of v.
-    pub hessian_v: Vec3,
+    /// Half the second derivative of the texture coordinates on the surface along
+    /// the ray, see [`uv_bend`]; 0 where that is not asked for.
+    pub uv_bend: Vec2,
     /// δ0: how far the facet lies below the smooth surface here, object units.
     pub facet_depth: Real,
 }
@@ -55,10 +53,8 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
 
     let gradient_u = vec3(a.gradient_u) * wa + vec3(b.gradient_u) * wb + vec3(c.gradient_u) * wc;
     let gradient_v = vec3(a.gradient_v) * wa + vec3(b.gradient_v) * wb + vec3(c.gradient_v) * wc;
-    let change = WeightChange::new(pb, pc, tangent, bitangent);
     Surface {
-        hessian_u: change.hessian(vec3(a.gradient_u), vec3(b.gradient_u), vec3(c.gradient_u)),
-        hessian_v: change.hessian(vec3(a.gradient_v), vec3(b.gradient_v), vec3(c.gradient_v)),
+        uv_bend: Vec2::ZERO,
         normal,
         tangent,
         bitangent,
@@ -70,48 +66,35 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
     }
 }
 
-/// How the weights of a facet's corners change along its surface.
-struct WeightChange {
-    tangent: Vec3,
-    bitangent: Vec3,
-    /// The gradients of the second and the third weight in (T, B).
-    second: Vec2,
-    third: Vec2,
-}
-
-impl WeightChange {
-    /// Over the triangle between 0, `second` and `third`.
-    #[inline]
-    fn new(second: Vec3, third: Vec3, tangent: Vec3, bitangent: Vec3) -> WeightChange {
-        let normal = second.cross(third);
-        let squared = normal.dot(normal);
-        // Too small a triangle is one of constant gradients.
-        let scale = if squared > 1e-30 {
-            div(1.0, squared)
-        } else {
-            0.0
-        };
-        let flat = |v: Vec3| Vec2::new(v.dot(tangent), v.dot(bitangent));
-        WeightChange {
-            tangent,
-            bitangent,
-            second: flat(third.cross(normal) * scale),
-            third: flat(normal.cross(second) * scale),
-        }
-    }
-
-    /// The second order, xx, xy, yy, of what has these gradients at the corners.
-    #[inline]
-    fn hessian(&self, a: Vec3, b: Vec3, c: Vec3) -> Vec3 {
-        let flat = |v: Vec3| Vec2::new(v.dot(self.tangent), v.dot(self.bitangent));
-        let (b, c) = (flat(b - a), flat(c - a));
-        let (second, third) = (self.second, self.third);
-        Vec3::new(
-            second.x * b.x + third.x * c.x,
-            second.x * b.y + second.y * b.x + third.x * c.y + third.y * c.x,
-            second.y * b.y + third.y * c.y,
-        ) * 0.5
-    }
+/// Half the second derivative of the texture coordinates on the surface of
+/// `triangle`, where its unit normal is `normal`, along the part of `direction`
+/// that runs in it, repeats per square object unit: ∇u and ∇v are not the same
+/// at the three corners.
+#[inline]
+pub fn uv_bend(triangle: &Triangle, normal: Vec3, direction: Vec3) -> Vec2 {
+    let [a, b, c] = &triangle.corners;
+    let second = vec3(b.position) - vec3(a.position);
+    let third = vec3(c.position) - vec3(a.position);
+    let along = direction - normal * normal.dot(direction);
+    let facet_normal = second.cross(third);
+    let squared = facet_normal.dot(facet_normal);
+    // Too small a triangle is one of constant gradients.
+    let scale = if squared > 1e-30 {
+        div(0.5, squared)
+    } else {
+        0.0
+    };
+    // How the weights of the second and of the third corner change.
+    let by_second = scale * facet_normal.dot(along.cross(third));
+    let by_third = scale * facet_normal.dot(second.cross(along));
+    let change = |a: [Real; 3], b: [Real; 3], c: [Real; 3]| {
+        let at_a = vec3(a).dot(along);
+        by_second * (vec3(b).dot(along) - at_a) + by_third * (vec3(c).dot(along) - at_a)
+    };
+    Vec2::new(
+        change(a.gradient_u, b.gradient_u, c.gradient_u),
+        change(a.gradient_v, b.gradient_v, c.gradient_v),
+    )
 }
 
 /// A unit vector orthogonal to the unit vector `n`.
@@ -173,6 +156,29 @@ mod tests {
             weights: vec3(weights),
             normal: Vec3::new(0.0, 0.0, 5.0),
         }
+    }
+
+    #[test]
+    fn texture_coordinates_bend_as_their_gradients_change() {
+        // u = x² + 3 x y, v = −2 y² over the plane.
+        let corner = |x: f32, y: f32| Corner {
+            position: [x, y, 0.0],
+            gradient_u: [2.0 * x + 3.0 * y, 3.0 * x, 0.0],
+            gradient_v: [0.0, -4.0 * y, 0.0],
+            ..Corner::default()
+        };
+        let mut triangle = Triangle {
+            corners: [corner(0.2, 0.1), corner(1.3, 0.4), corner(0.5, 0.9)],
+            handedness: 1.0,
+        };
+        for (x, y, z) in [(1.0, 0.0, 0.0), (0.6, 0.8, 0.0), (0.48, -0.64, -0.6)] {
+            let bend = uv_bend(&triangle, Vec3::Z, Vec3::new(x, y, z));
+            let expected = Vec2::new(x * x + 3.0 * x * y, -2.0 * y * y);
+            assert!((bend - expected).length() < 1e-5, "{bend} {expected}");
+        }
+        // No area, no change.
+        triangle.corners[2] = triangle.corners[1];
+        assert_eq!(uv_bend(&triangle, Vec3::Z, Vec3::X), Vec2::ZERO);
     }
 
     #[test]
