@@ -39,8 +39,14 @@ pub const TOLERANCE: Real = 1.0 / 128.0;
 /// radius grows by at most k = b · dδ/ds: with the gap f − r shared between
 /// both, s may grow by gap / (√2 ℓ + k). The largest radius does not grow, so
 /// the gap to it may be used up by ℓ alone.
+///
+/// ℓ is the larger of its values at both ends, and steps are longer by the
+/// factor `ease` + s `gain` where it is less from s on: its norm is convex, so
+/// that it lies below the line between them, and 1 / ℓ lies above its tangent.
 struct StepLength {
     safe: SafeStep,
+    ease: Real,
+    gain: Real,
     near: Real,
     far: Real,
     flat: Real,
@@ -49,17 +55,18 @@ struct StepLength {
 
 impl StepLength {
     #[inline]
-    fn after(&self, distance: Real, radius: Real) -> Real {
+    fn after(&self, s: Real, distance: Real, radius: Real) -> Real {
         let gap = distance - radius;
         let near = gap * self.near;
         let far = (gap - self.safe.margin) * self.far;
         let flat = (distance - self.largest_radius - self.safe.margin) * self.flat;
         // The second bound holds from 1.5 texels on.
-        if distance >= 1.5 {
+        let step = if distance >= 1.5 {
             max(near, max(far, flat))
         } else {
             near
-        }
+        };
+        step * (self.ease + self.gain * s)
     }
 }
 
@@ -89,12 +96,24 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
 ) -> Stop {
     let start = path.start();
     let end = path.end();
-    let rate = path.uv_rate() * map.size;
-    let speed = sqrt(rate.dot(rate));
+    let (first, last) = path.uv_rates();
+    let (first, last) = (first * map.size, last * map.size);
+    let first = sqrt(first.dot(first));
+    let last = sqrt(last.dot(last));
+    let speed = max(first, last);
     let growth = profile.bevel * path.depth_rate();
     let safe = SafeStep::new(map.quantum);
+    // From s on, ℓ is at most the mean of what it is on the line there and at
+    // the end where it grows, and what it is there where it falls.
+    let slack = div(last - first, max(end * (speed + growth), 1e-18));
     // Reciprocals stay below 1e18, so that a step is never an infinity.
     let step_length = StepLength {
+        ease: if slack > 0.0 {
+            1.0 + 0.5 * slack * end
+        } else {
+            1.0
+        },
+        gain: if slack > 0.0 { -0.5 * slack } else { -slack },
         near: div(safe.lipschitz, max(speed + safe.lipschitz * growth, 1e-18)),
         far: div(1.0, max(speed + growth, 1e-18)),
         flat: div(1.0, max(speed, 1e-18)),
@@ -117,7 +136,7 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
         left = !met && s >= end;
         if !met && !left {
             before = s;
-            s += step_length.after(distance, radius);
+            s += step_length.after(s, distance, radius);
             steps += 1;
             left = s >= end;
         }
@@ -264,8 +283,8 @@ mod tests {
         fn depth_fraction(&self, s: Real) -> Real {
             s * (self.slope - self.bend * s) / self.depth
         }
-        fn uv_rate(&self) -> Vec2 {
-            self.velocity
+        fn uv_rates(&self) -> (Vec2, Vec2) {
+            (self.velocity, self.velocity)
         }
         fn depth_rate(&self) -> Real {
             max(self.slope, self.slope - 2.0 * self.bend * self.end) / self.depth

@@ -15,8 +15,9 @@ pub trait Path {
     fn uv(&self, s: Real) -> Vec2;
     /// Depth fraction δ at `s`: 0 at the cap, 1 at the floor.
     fn depth_fraction(&self, s: Real) -> Real;
-    /// Change of the texture coordinates, repeats per object unit (an upper bound of each).
-    fn uv_rate(&self) -> Vec2;
+    /// Change of the texture coordinates at s = 0 and at the end, repeats per
+    /// object unit; in between it changes evenly.
+    fn uv_rates(&self) -> (Vec2, Vec2);
     /// An upper bound of dδ/ds on the path, 1 / object units, ≥ 0.
     fn depth_rate(&self) -> Real;
     /// Where the march begins: 0, or the eye where it is inside the shell.
@@ -249,12 +250,9 @@ impl Path for QuadraticPath {
     }
 
     #[inline]
-    fn uv_rate(&self) -> Vec2 {
+    fn uv_rates(&self) -> (Vec2, Vec2) {
         let last = self.velocity + self.uv_bend * (2.0 * self.end);
-        Vec2::new(
-            max(abs(self.velocity.x), abs(last.x)),
-            max(abs(self.velocity.y), abs(last.y)),
-        )
+        (self.velocity, last)
     }
 
     #[inline]

@@ -38,8 +38,8 @@ impl Path for LightPath {
     }
 
     #[inline]
-    fn uv_rate(&self) -> Vec2 {
-        self.velocity
+    fn uv_rates(&self) -> (Vec2, Vec2) {
+        (self.velocity, self.velocity)
     }
 
     #[inline]

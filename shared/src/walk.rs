@@ -519,8 +519,7 @@ struct Piece {
     uv_velocity: Vec2,
     uv_acceleration: Vec2,
     depth: Vec3,
-    /// Bounds of the changes of uv and of δ.
-    uv_rate: Vec2,
+    /// A bound of the change of δ.
     depth_rate: Real,
     end: Real,
     ends_on_floor: bool,
@@ -542,10 +541,6 @@ impl Piece {
             uv_velocity,
             uv_acceleration: uv_acceleration * 0.5,
             depth: Vec3::new(x.z, velocity.z, 0.5 * acceleration.z),
-            uv_rate: Vec2::new(
-                abs(uv_velocity.x) + abs(uv_acceleration.x) * end,
-                abs(uv_velocity.y) + abs(uv_acceleration.y) * end,
-            ),
             depth_rate: max(max(velocity.z, velocity.z + acceleration.z * end), 0.0),
             end,
             ends_on_floor,
@@ -565,8 +560,9 @@ impl Path for Piece {
     }
 
     #[inline]
-    fn uv_rate(&self) -> Vec2 {
-        self.uv_rate
+    fn uv_rates(&self) -> (Vec2, Vec2) {
+        let last = self.uv_velocity + self.uv_acceleration * (2.0 * self.end);
+        (self.uv_velocity, last)
     }
 
     #[inline]
