@@ -9,7 +9,8 @@ use crate::camera::{pixel_ray, reversed_depth};
 use crate::facet::{self, FacetHit};
 pub use crate::layout::Corner;
 use crate::layout::{
-    FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Frame, Object, TIER_FAST, TIER_PLANAR, Triangle,
+    FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Frame, NO_NEIGHBOUR, Object, Shell, Slab, TIER_FAST,
+    TIER_PLANAR, Triangle,
 };
 use crate::light::shade;
 pub use crate::march::March;
@@ -17,11 +18,13 @@ use crate::march::march;
 use crate::normals::normal_at;
 use crate::outline::bounding_rectangle;
 use crate::path::{Path, QuadraticPath};
+use crate::prism::Prism;
 use crate::profile::Profile;
 use crate::shadow::{self, ShadowPoint};
 use crate::shape_map::{ShapeMap, Texels};
 pub use crate::surface::Surface;
 use crate::surface::{interpolate, uv_bend};
+use crate::walk::{self, Field, Shells};
 pub use crate::{Vec2, Vec3};
 use crate::{paper, relief};
 use relievo_kernel::{Domain, FromWords, Kind, Sink, Source, ToWords};
@@ -108,6 +111,8 @@ macro_rules! for_each_kernel {
             search_relief(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH, f32: FRACTION) -> March = kernels::search_relief;
             search_paper(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH, f32: FRACTION) -> March = kernels::search_paper;
             normal(u32: CHOICE, Surface: CURVATURE, Vec3: DIRECTION, Vec2: UV, f32: DEPTH, f32: WIDTH) -> Vec3 = kernels::normal;
+            prism(Vec3: CURVATURE, Vec3: CURVATURE, Vec3: FRACTION, Vec3: DIRECTION, f32: DEPTH) -> (Vec3, Vec3, Vec3, f32) = kernels::prism;
+            search_prism(u32: CHOICE, Vec3: CURVATURE, Vec3: CURVATURE, Vec3: FRACTION, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH) -> (March, Vec3) = kernels::search_prism;
             lit(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, Vec3: DIRECTION, f32: FRACTION, f32: DEPTH) -> bool = kernels::lit;
             light(Vec3: DIRECTION, Vec3: DIRECTION, Vec3: DIRECTION, Vec3: FRACTION, Vec3: FRACTION, f32: FRACTION, u32: EXPONENT) -> Vec3 = kernels::light;
         }
@@ -410,6 +415,110 @@ pub fn search_paper(
     let surface = upright_surface(quadric, uv, 0.0);
     let map = ShapeMap::new(&object);
     paper::search(&object, &map, &Noise(choice), &surface, direction)
+}
+
+/// A prism over the triangle (0, 0, 0), (1, 0, 0), (0, 1, 0): `bend` bends it,
+/// and its normals fan out by `fan`.
+#[inline]
+fn shell(bend: Vec3, fan: Vec3) -> Shell {
+    let (bend, fan) = (bend * 0.0625, fan * 0.0625);
+    let slab = |axis: Vec3, low: f32, high: f32| Slab {
+        axis: array(axis),
+        low,
+        high,
+    };
+    let zero = [0.0, 0.0, 0.0];
+    Shell {
+        surface: [
+            array(Vec3::X),
+            array(Vec3::Y),
+            array(Vec3::Z * -bend.x),
+            array(Vec3::Z * bend.y),
+            array(Vec3::Z * -bend.z),
+        ],
+        normal: [
+            array(Vec3::Z),
+            array(Vec3::new(fan.x, fan.y, 0.0)),
+            array(Vec3::new(-fan.y, fan.z, 0.0)),
+            zero,
+            zero,
+            zero,
+        ],
+        corner_normals: [array(Vec3::Z), array(Vec3::Z), array(Vec3::Z)],
+        uv: [[0.0, 0.0], [1.0, 0.25], [0.0, 1.0]],
+        facet: array(Vec3::Z),
+        least_determinant: 0.000_976_562_5,
+        spread: 1.0,
+        slabs: [
+            slab(Vec3::Z, -3.0, 1.0),
+            slab(Vec3::new(0.6, 0.8, 0.0), -1.5, 2.0),
+            slab(Vec3::X, -1.0, 2.0),
+            slab(Vec3::Y, -1.0, 2.0),
+        ],
+        centre: [0.5, 0.5, -1.0],
+        radius: 3.0,
+        inverse_altitude: 1.5,
+        neighbours: [NO_NEIGHBOUR, NO_NEIGHBOUR, NO_NEIGHBOUR],
+        ..Shell::default()
+    }
+}
+
+/// The parameters in the triangle for two shares and a depth fraction.
+#[inline]
+fn inside(shares: Vec3) -> Vec3 {
+    Vec3::new(shares.x, shares.y * (1.0 - shares.x), shares.z)
+}
+
+/// A prism's parameters, found again from their point, and how they move on.
+pub fn prism(
+    bend: Vec3,
+    fan: Vec3,
+    shares: Vec3,
+    direction: Vec3,
+    depth: f32,
+) -> (Vec3, Vec3, Vec3, f32) {
+    let prism = Prism::new(&shell(bend, fan), depth);
+    let target = prism.point(inside(shares));
+    let (x, jacobian) = prism.solve(target, Vec3::new(0.25, 0.25, 0.5), 6);
+    let state = prism.motion(x, &jacobian, direction);
+    (x, state.velocity, state.acceleration, state.third_order)
+}
+
+/// A single prism, its sides open.
+struct Alone(Shell);
+
+impl Shells for Alone {
+    #[inline]
+    fn shell(&self, _index: u32) -> &Shell {
+        &self.0
+    }
+}
+
+/// The walk of a ray through noise in a prism, towards a point of it.
+pub fn search_prism(
+    choice: u32,
+    bend: Vec3,
+    fan: Vec3,
+    shares: Vec3,
+    direction: Vec3,
+    depth: f32,
+    widths: Vec2,
+) -> (March, Vec3) {
+    let object = solid(choice, depth, widths, 1.0);
+    let shells = Alone(shell(bend, fan));
+    let target = Prism::new(&shells.0, depth).point(inside(shares));
+    let field = Field {
+        shells: &shells,
+        depth,
+        blur: 0.000_976_562_5,
+        profile: &Profile::new(&object),
+        map: &ShapeMap::new(&object),
+        texels: &Noise(choice),
+        linear_steps: object.linear_steps,
+        binary_steps: object.binary_steps,
+    };
+    let found = walk::search(&field, 0, target - direction * 4.0, direction);
+    (found.march, found.x)
 }
 
 /// The normal of a hit of any class.
