@@ -69,7 +69,7 @@ const NUMBER_TYPES: [&str; 9] = [
     "f32", "f64", "Real", "Vec2", "Vec3", "DVec2", "DVec3", "glam", "core",
 ];
 /// The file that may divide, and in which function, and may call libm.
-const ARITHMETIC: &str = "arithmetic.rs";
+const NATIVE: &str = "native.rs";
 const DIVIDING_FUNCTION: &str = "native_div";
 
 /// Scans one file; finds each forbidden thing as "file:line: what".
@@ -97,8 +97,8 @@ impl Scanner<'_> {
         scanner.findings
     }
 
-    fn is_arithmetic(&self) -> bool {
-        self.file.ends_with(ARITHMETIC)
+    fn is_native(&self) -> bool {
+        self.file.ends_with(NATIVE)
     }
 
     fn find(&mut self, span: Span, what: &str) {
@@ -175,7 +175,7 @@ impl<'ast> Visit<'ast> for Scanner<'_> {
     }
 
     fn visit_item_fn(&mut self, function: &'ast syn::ItemFn) {
-        self.may_divide = self.is_arithmetic() && function.sig.ident == DIVIDING_FUNCTION;
+        self.may_divide = self.is_native() && function.sig.ident == DIVIDING_FUNCTION;
         visit::visit_item_fn(self, function);
         self.may_divide = false;
     }
@@ -205,7 +205,7 @@ impl<'ast> Visit<'ast> for Scanner<'_> {
     fn visit_path(&mut self, path: &'ast syn::Path) {
         let names: Vec<String> = path.segments.iter().map(|s| s.ident.to_string()).collect();
         let span = path.segments[0].ident.span();
-        if names[0] == "libm" && !self.is_arithmetic() {
+        if names[0] == "libm" && !self.is_native() {
             self.find(span, &format!("path `{}`", names.join("::")));
         }
         let last = &names[names.len() - 1];
@@ -219,20 +219,20 @@ impl<'ast> Visit<'ast> for Scanner<'_> {
     }
 
     fn visit_use_path(&mut self, path: &'ast syn::UsePath) {
-        if path.ident == "libm" && !self.is_arithmetic() {
+        if path.ident == "libm" && !self.is_native() {
             self.find(path.ident.span(), "use of `libm`");
         }
         visit::visit_use_path(self, path);
     }
 
     fn visit_use_name(&mut self, name: &'ast syn::UseName) {
-        if name.ident == "libm" && !self.is_arithmetic() {
+        if name.ident == "libm" && !self.is_native() {
             self.find(name.ident.span(), "use of `libm`");
         }
     }
 
     fn visit_use_rename(&mut self, rename: &'ast syn::UseRename) {
-        if rename.ident == "libm" && !self.is_arithmetic() {
+        if rename.ident == "libm" && !self.is_native() {
             self.find(rename.ident.span(), "use of `libm`");
         }
     }
@@ -264,7 +264,7 @@ fn sources(folder: &Path) -> BTreeMap<String, String> {
 #[test]
 fn the_shared_mathematics_calls_only_what_all_devices_round_alike() {
     let files = sources(&root().join("shared/src"));
-    assert!(files.contains_key(ARITHMETIC) && files.contains_key("march.rs"));
+    assert!(files.contains_key(NATIVE) && files.contains_key("march.rs"));
     let findings: Vec<String> = files
         .iter()
         .flat_map(|(name, text)| Scanner::scan(&format!("shared/src/{name}"), text))
@@ -321,18 +321,18 @@ fn the_scanner_reports_each_forbidden_thing_with_its_line() {
         "mod inner { fn f(a: f32) -> f32 { a / a } }",
         "const A: f32 = 1.0 / B;",
         "#[cfg(not(test))] fn f(a: f32) -> f32 { a / a }",
-        // The name alone does not allow it: it must be the one in arithmetic.rs.
+        // The name alone does not allow it: it must be the one in native.rs.
         "fn native_div(a: f32, b: f32) -> f32 { a / b }",
     ] {
         assert_eq!(Scanner::scan("any.rs", text).len(), 1, "{text}");
     }
     // What is not Rust cannot have been scanned.
     assert_eq!(Scanner::scan("any.rs", "fn f( {").len(), 1);
-    // Only native_div may divide, also in arithmetic.rs.
+    // Only native_div may divide, also in native.rs.
     let text = "fn native_div(a: f32, b: f32) -> f32 { a / b }\nfn half(a: f32) -> f32 { a / 2.0 }";
-    let findings = Scanner::scan("shared/src/arithmetic.rs", text);
+    let findings = Scanner::scan("shared/src/native.rs", text);
     assert_eq!(findings.len(), 1, "{findings:?}");
-    assert!(findings[0].contains("arithmetic.rs:2"), "{findings:?}");
+    assert!(findings[0].contains("native.rs:2"), "{findings:?}");
 }
 
 #[test]
@@ -348,7 +348,7 @@ fn the_scanner_leaves_the_rest_alone() {
         assert!(findings.is_empty(), "{text}: {findings:?}");
     }
     let text = "fn sqrt(x: f32) -> f32 { libm::sqrtf(x) }";
-    assert!(Scanner::scan("shared/src/arithmetic.rs", text).is_empty());
+    assert!(Scanner::scan("shared/src/native.rs", text).is_empty());
 }
 
 const REBUILD: &str =

@@ -1,11 +1,12 @@
 //! The operations that devices may round differently, in one place, and small
 //! helpers made of them.
 //!
-//! Division and square root stand here and nowhere else in this crate. On the
-//! CPU they are the native ones. In the exact shaders (feature `corrected`)
-//! the device's are estimates that `rounding` corrects; in the fast
+//! Division and square root are called from here and nowhere else in this crate.
+//! On the CPU they are the native ones. In the exact shaders (feature
+//! `corrected`) the device's are estimates that `rounding` corrects; in the fast
 //! shaders they are the device's own.
 
+use crate::native::{native_div, native_sqrt};
 #[cfg(feature = "corrected")]
 use crate::rounding::{Division, Root};
 use crate::{Real, Vec3};
@@ -22,12 +23,6 @@ pub fn div(a: Real, b: Real) -> Real {
     }
     #[cfg(not(feature = "corrected"))]
     saturate(native_div(a, b), a, b)
-}
-
-/// The target's own division.
-#[inline]
-pub(crate) fn native_div(a: Real, b: Real) -> Real {
-    a / b
 }
 
 /// `quotient`, or what [`div`] gives in its place where it is no normal number.
@@ -62,16 +57,6 @@ pub fn sqrt(x: Real) -> Real {
     }
     #[cfg(not(feature = "corrected"))]
     native_sqrt(x)
-}
-
-/// The target's own square root.
-#[inline]
-fn native_sqrt(x: Real) -> Real {
-    #[cfg(not(feature = "double"))]
-    let root = libm::sqrtf(x);
-    #[cfg(feature = "double")]
-    let root = libm::sqrt(x);
-    root
 }
 
 /// The smaller of two numbers that are not NaN.

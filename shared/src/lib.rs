@@ -49,6 +49,7 @@ pub mod kernels;
 pub mod layout;
 pub mod light;
 pub mod march;
+mod native;
 pub mod normals;
 pub mod outline;
 pub mod paper;

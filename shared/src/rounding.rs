@@ -7,7 +7,7 @@
 //! results that are normal numbers or zero, whatever the estimate's last digits
 //! are; others saturate: never an infinity, never a NaN, never a denormal.
 
-use crate::arithmetic::native_div;
+use crate::native::native_div;
 
 /// The largest error of an estimate that is made good, ULP.
 pub const LARGEST_ERROR: u32 = 8;

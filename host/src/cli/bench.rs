@@ -8,7 +8,7 @@ use relievo::Error;
 use relievo::bench::{Backend, Summary, Table1, measure};
 use relievo::file::write_bytes;
 use relievo::render::gpu::{Adapter, Choice, Shaders, choose};
-use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Tier;
 use std::path::Path;
 use std::time::Instant;
@@ -38,8 +38,14 @@ fn scene(
         1e3 * scene.preparation.as_secs_f64()
     ))?;
     let mut cpu = CpuRenderer::new(scene);
-    let mut gpu = match found {
-        Some(found) => Some(GpuRenderer::new(scene, found, Choice::Trusted).map_err(Error::from)?),
+    let mut gpu = match found.map(|found| GpuRenderer::new(scene, found, Choice::Trusted)) {
+        Some(Ok(gpu)) => Some(gpu),
+        // Such a scene has the CPU's figures all the same.
+        Some(Err(error @ RenderError::Limit { .. })) => {
+            say(format_args!("left out: {error}"))?;
+            None
+        }
+        Some(Err(error)) => return Err(Error::from(error).into()),
         None => None,
     };
     // In turn, so that a noisy machine disturbs both alike; the first round warms up.
@@ -60,12 +66,21 @@ fn scene(
         }
     }
     report(&cpu.name(), &cpu_times)?;
+    let effort = cpu.effort(&scene.frame);
+    let each = |count: u64| count as f64 / effort.hits.max(1) as f64;
+    say(format_args!(
+        "{} rays met something, after {:.2} steps and {:.2} prisms each",
+        effort.hits,
+        each(effort.steps),
+        each(effort.prisms)
+    ))?;
     match &gpu {
         Some(gpu) => {
             report(&gpu.name(), &gpu_times)?;
             report("its render pass, by its own clock", &pass_times)
         }
-        None => say(format_args!("no GPU adapter")),
+        None if found.is_none() => say(format_args!("no GPU adapter")),
+        None => Ok(()),
     }
 }
 

@@ -16,6 +16,7 @@ use relievo_shared::layout::{Frame, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIE
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::prism::{cap_hull, is_near, is_open, normal_hull};
 use relievo_shared::shell::{self, ShellHit};
+use std::ops::Add;
 use std::time::Duration;
 
 /// Renders one scene on the CPU.
@@ -49,6 +50,29 @@ impl Found {
         match self {
             Found::Facet(_, hit) => hit,
             Found::Prism(found) => &found.hit,
+        }
+    }
+}
+
+/// What the rays of a frame took that met something.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Effort {
+    /// Rays that met something.
+    pub hits: u64,
+    /// Steps of their linear searches.
+    pub steps: u64,
+    /// Prisms that they went through; 0 but in the accurate tier.
+    pub prisms: u64,
+}
+
+impl Add for Effort {
+    type Output = Effort;
+
+    fn add(self, other: Effort) -> Effort {
+        Effort {
+            hits: self.hits + other.hits,
+            steps: self.steps + other.steps,
+            prisms: self.prisms + other.prisms,
         }
     }
 }
@@ -130,6 +154,26 @@ impl<'a> CpuRenderer<'a> {
         self.bvh
             .ray_traverse_anyhit(ray, |_, leaf| visit(self.leaves[leaf]));
         nearest
+    }
+
+    /// What the rays of `frame` take.
+    pub fn effort(&mut self, frame: &Frame) -> Effort {
+        self.reach_for(frame);
+        let [width, height] = frame.size.map(|side| side as u32);
+        let renderer = &*self;
+        let pixels = (0..height).into_par_iter().flat_map_iter(|y| {
+            (0..width).filter_map(move |x| renderer.nearest(frame, pixel_ray(frame, x, y)))
+        });
+        pixels
+            .map(|nearest| Effort {
+                hits: 1,
+                steps: nearest.found.hit().steps.into(),
+                prisms: match nearest.found {
+                    Found::Prism(found) => found.prisms.into(),
+                    Found::Facet(..) => 0,
+                },
+            })
+            .reduce(Effort::default, Effort::add)
     }
 
     /// Fills `pixels` with what `shade` makes of the nearest hits, rows in parallel.

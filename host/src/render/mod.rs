@@ -9,7 +9,7 @@ use relievo_bitwise::DeviceError;
 use relievo_shared::layout::Frame;
 use relievo_shared::normals::CLASS_MISS;
 
-pub use cpu::CpuRenderer;
+pub use cpu::{CpuRenderer, Effort};
 pub use gpu::GpuRenderer;
 
 /// Linear colours, as the bits of f32.
