@@ -6,6 +6,8 @@ use relievo::render::gpu::{Adapter, Choice, Shaders, adapters};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo::verify::{Agreement, compare};
+use relievo_shared::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE};
+use relievo_shared::{Vec2, Vec3, kernels};
 use relievo_tests::scenes;
 use std::path::Path;
 
@@ -100,4 +102,29 @@ fn gpu_frames_repeat() {
     let finer = gpu.color(&scene.frame_with_samples(2)).unwrap();
     assert_eq!((finer.width, finer.height), (194, 122));
     assert_eq!(gpu.color(&scene.frame).unwrap(), first);
+}
+
+/// What is compared word for word says something only where rays meet something.
+#[test]
+fn the_kernel_of_the_walk_meets_everything() {
+    let mut ends = [0; 4];
+    for i in 0..1000u32 {
+        let share = |step: u32| (i.wrapping_mul(step) % 997) as f32 / 997.0;
+        let spread = |step: u32| 4.0 * (2.0 * share(step) - 1.0);
+        let vector = |a, b, c| Vec3::new(spread(a), spread(b), spread(c));
+        let (found, x) = kernels::search_prism(
+            i.wrapping_mul(0x9e37_79b9),
+            vector(3, 5, 7),
+            vector(11, 13, 17),
+            Vec3::new(share(19), share(23), share(29)),
+            (vector(31, 37, 41) - 4.0 * Vec3::Z).normalize(),
+            0.05 + share(43),
+            Vec2::new(0.5 * share(47), 0.5 * share(53)),
+        );
+        ends[found.end as usize] += 1;
+        assert!(x.is_finite() && found.s.is_finite(), "{found:?} {x}");
+    }
+    for end in [END_MISS, END_CAP, END_SIDE, END_FLOOR] {
+        assert!(ends[end as usize] > 20, "{ends:?}");
+    }
 }
