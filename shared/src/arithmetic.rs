@@ -103,18 +103,6 @@ pub fn floor(x: Real) -> Real {
     floor_to_int(x) as Real
 }
 
-/// `x`, or 0 where it is so small that products of it would be lost on some devices.
-#[inline]
-pub fn settled(x: Real) -> Real {
-    if abs(x) < 1e-12 { 0.0 } else { x }
-}
-
-/// [`settled`] of each component.
-#[inline]
-pub fn settled3(v: Vec3) -> Vec3 {
-    Vec3::new(settled(v.x), settled(v.y), settled(v.z))
-}
-
 /// `v` scaled to length 1, or `fallback` where `v` is too short for that.
 #[inline]
 pub fn normalize_or(v: Vec3, fallback: Vec3) -> Vec3 {
@@ -158,6 +146,12 @@ pub fn kept(x: Real) -> Real {
     } else {
         x
     }
+}
+
+/// [`kept`] of each component.
+#[inline]
+pub fn kept3(v: Vec3) -> Vec3 {
+    Vec3::new(kept(v.x), kept(v.y), kept(v.z))
 }
 
 #[cfg(test)]

@@ -481,7 +481,12 @@ pub fn prism(
     let target = prism.point(inside(shares));
     let (x, jacobian) = prism.solve(target, Vec3::new(0.25, 0.25, 0.5), 6);
     let state = prism.motion(x, &jacobian, direction);
-    (x, state.velocity, state.acceleration, state.third_order)
+    (
+        state.x,
+        state.velocity,
+        state.acceleration,
+        state.third_order,
+    )
 }
 
 /// A single prism, its sides open.

@@ -212,7 +212,12 @@ impl QuadraticPath {
             // The parabola through both ends of the true curve with its slope at
             // the floor, to second order.
             warp: half_bend * (1.0 + half_bend),
-            foot_bend: shift * v_z,
+            // Nor does the foot run ahead of the ray.
+            foot_bend: if (abs(shift.x) + abs(shift.y)) * abs(v_z) * reach > 1.0 {
+                Vec2::ZERO
+            } else {
+                shift * v_z
+            },
             start: max(-entry_t, 0.0),
             end,
             ends_on_floor: !endless && floor <= exit,

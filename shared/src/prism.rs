@@ -6,7 +6,7 @@
 //! sign. Newton's method gives x at a point of the ray, and ∂F/∂x and F's
 //! second derivatives give x′ and x″ along it.
 
-use crate::arithmetic::{abs, div, max, normalize_or, settled3};
+use crate::arithmetic::{abs, div, kept3, max, normalize_or};
 use crate::layout::{NO_NEIGHBOUR, Shell, vec2, vec3};
 use crate::{Real, Vec2, Vec3};
 
@@ -245,10 +245,10 @@ impl Prism {
     pub fn frame(&self, x: Vec3) -> PrismFrame {
         let jacobian = self.jacobian(x);
         let [a, b, c] = self.corner_normals;
-        let depth_gradient = normalize_or(settled3(-jacobian.gradient_depth), Vec3::Z);
+        let depth_gradient = normalize_or(kept3(-jacobian.gradient_depth), Vec3::Z);
         PrismFrame {
             normal: normalize_or(
-                settled3(a * (1.0 - x.x - x.y) + b * x.x + c * x.y),
+                kept3(a * (1.0 - x.x - x.y) + b * x.x + c * x.y),
                 depth_gradient,
             ),
             gradient_u: jacobian.gradient_first * self.uv_first.x
@@ -297,15 +297,18 @@ impl Prism {
     /// How x moves along the ray at `x`.
     ///
     /// F(x(t)) runs straight: F′ x″ = −F″(x′, x′), and F′ x‴ = −3 F″(x′, x″) −
-    /// F‴(x′, x′, x′), where only −S_z δ N has a third derivative.
+    /// F‴(x′, x′, x′), where only −S_z δ N has a third derivative. What is so small
+    /// that a device may lose it is 0, so that nothing is decided by it.
     #[inline]
     pub fn motion(&self, x: Vec3, jacobian: &Jacobian, direction: Vec3) -> State {
-        let velocity = jacobian.solve(direction);
-        let acceleration = -jacobian.solve(self.bend(x, velocity, velocity));
-        let third = self.bend(x, velocity, acceleration)
-            - self.normal.bend(velocity, velocity) * (self.depth * velocity.z);
+        let velocity = kept3(jacobian.solve(direction));
+        let acceleration = kept3(-jacobian.solve(self.bend(x, velocity, velocity)));
+        let third = kept3(
+            self.bend(x, velocity, acceleration)
+                - self.normal.bend(velocity, velocity) * (self.depth * velocity.z),
+        );
         State {
-            x,
+            x: kept3(x),
             velocity,
             acceleration,
             third_order: 0.5 * max(abs(third.x), max(abs(third.y), abs(third.z))),

@@ -1,7 +1,7 @@
 //! One pixel of one curved prism, from the ray to the colour: the accurate
 //! tier's counterpart of [`crate::fragment`].
 
-use crate::arithmetic::{div, floor, normalize_or, settled3, sqrt};
+use crate::arithmetic::{div, floor, kept3, normalize_or, sqrt};
 use crate::camera::reversed_depth;
 use crate::contract::{check, check2, check3};
 use crate::fragment::{Hit, Normals};
@@ -149,7 +149,7 @@ fn lit<S: Shells + ?Sized, T: Texels + ?Sized>(
     let map = ShapeMap::new(object);
     // Off the wall, along the part of its normal that lies in the map.
     let sideways = normalize_or(
-        settled3(normals.carved - normals.smooth * normals.smooth.dot(normals.carved)),
+        kept3(normals.carved - normals.smooth * normals.smooth.dot(normals.carved)),
         Vec3::ZERO,
     );
     let rate = Vec2::new(

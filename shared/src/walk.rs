@@ -12,7 +12,7 @@
 //! Newton's method has put it, and ends before the third order is worth more
 //! than [`Field::blur`] allows.
 
-use crate::arithmetic::{abs, div, max, min, settled, settled3, sqrt};
+use crate::arithmetic::{abs, div, kept, kept3, max, min, sqrt};
 use crate::layout::{NO_NEIGHBOUR, Shell, Slab, vec3};
 use crate::march::{END_CAP, END_MISS, END_SIDE, March, Stop, advance, refine};
 use crate::path::Path;
@@ -790,13 +790,13 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             );
         }
         let x = at.state.predicted(s);
-        let x = settled3(x);
+        let x = kept3(x);
         let uv = at.prism.uv(x.x, x.y);
         let found = Found {
             march: March {
                 end: stop.end,
                 s: enter + at.t + s,
-                uv: Vec2::new(settled(uv.x), settled(uv.y)),
+                uv: Vec2::new(kept(uv.x), kept(uv.y)),
                 depth_fraction: min(max(x.z, 0.0), 1.0),
                 steps,
             },
