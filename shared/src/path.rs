@@ -213,7 +213,7 @@ impl QuadraticPath {
             // the floor, to second order.
             warp: half_bend * (1.0 + half_bend),
             // Nor does the foot run ahead of the ray.
-            foot_bend: if (abs(shift.x) + abs(shift.y)) * abs(v_z) * reach > 1.0 {
+            foot_bend: if (abs(shift.x) + abs(shift.y)) * abs(v_z) * reach > 4.0 {
                 Vec2::ZERO
             } else {
                 shift * v_z
