@@ -17,7 +17,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use relievo::oracle::wide::{wide_frame, wide_object, wide_shell};
 use relievo::oracle::{AnalyticOracle, MeshOracle, Oracle, Sample, Truth};
-use relievo::prepare::{PreparedObject, PreparedScene, prepare};
+use relievo::prepare::{PreparedObject, PreparedScene, prepare, unlit_frame};
 use relievo::render::{CpuRenderer, GeometryWords, Renderer};
 use relievo::scene::Scene;
 use relievo_shared::layout::{Frame, NO_NEIGHBOUR};
@@ -131,25 +131,10 @@ impl View {
 
     fn frame(&self, size: [u32; 2]) -> Frame {
         let forward = self.forward.normalize();
-        let right = forward.cross(forward.any_orthonormal_vector()).normalize();
-        let up = right.cross(forward);
-        let [width, height] = size.map(f64::from);
-        let tan_y = (0.5 * self.fov.to_radians()).tan();
-        let tan_x = tan_y * width / height;
-        let (ray_right, ray_down) = (right * (2.0 * tan_x / width), up * (-2.0 * tan_y / height));
-        let corner = forward - right * tan_x + up * tan_y;
-        let narrow = |v: DVec3| v.as_vec3().to_array();
+        let up = forward.any_orthonormal_vector();
         Frame {
-            eye: narrow(self.eye),
             near: 1e-6,
-            right: narrow(right / tan_x),
-            up: narrow(up / tan_y),
-            forward: narrow(forward),
-            ray_first: narrow(corner + 0.5 * (ray_right + ray_down)),
-            ray_right: narrow(ray_right),
-            ray_down: narrow(ray_down),
-            size: [width as f32, height as f32],
-            ..Frame::default()
+            ..unlit_frame(self.eye, forward, up, self.fov, size)
         }
     }
 }

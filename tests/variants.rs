@@ -1,7 +1,7 @@
 //! What breaks the pictures' bits, and what does not: the scenes of `assets/`
 //! drawn with the shared mathematics' operations replaced, on purpose.
 
-use relievo::prepare::{PreparedScene, prepare};
+use relievo::prepare::{PreparedObject, PreparedScene, prepare};
 use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo_shared::layout::{
@@ -135,7 +135,8 @@ impl Picture {
 macro_rules! renderer {
     ($tree:ident) => {
         mod $tree {
-            use super::{Picture, Prepared, SIZE};
+            use super::{Picture, Prepared, PreparedObject, SIZE};
+            use relievo_shared_variant::$tree::Vec3;
             use relievo_shared_variant::$tree::camera::{pixel_ray, reversed_depth};
             use relievo_shared_variant::$tree::fragment;
             use relievo_shared_variant::$tree::layout::{
@@ -168,6 +169,47 @@ macro_rules! renderer {
                 Picture(candidates.enumerate().map(pixel).collect())
             }
 
+            /// What the ray meets behind triangle `index`, or where it comes in
+            /// through that prism, if that may be as near as the depth `best`.
+            fn find(
+                object: &PreparedObject,
+                frame: &Frame,
+                direction: Vec3,
+                index: usize,
+                best: f32,
+            ) -> Option<Found> {
+                let parameters: Object = bytemuck::cast(object.parameters);
+                let texels = object.map.words();
+                if object.has_prisms() {
+                    let shells: &[Shell] = bytemuck::cast_slice(&object.shells);
+                    return Some(Found::Prism(shell::trace(
+                        frame,
+                        &parameters,
+                        shells,
+                        texels,
+                        direction,
+                        index as u32,
+                    )));
+                }
+                let triangle: Triangle = bytemuck::cast(object.triangles[index]);
+                let facet = fragment::meet(frame, &triangle, direction);
+                if !facet.hit {
+                    return None;
+                }
+                let entry = fragment::enter(&parameters, &triangle, direction, &facet);
+                if !entry.path.enters || reversed_depth(frame, direction, entry.path.entry_t) < best
+                {
+                    return None;
+                }
+                let trace = match parameters.search {
+                    SEARCH_PAPER => fragment::trace::<SEARCH_PAPER, [u32]>,
+                    SEARCH_RELIEF => fragment::trace::<SEARCH_RELIEF, [u32]>,
+                    _ => fragment::trace::<SEARCH_EXTRUSION, [u32]>,
+                };
+                let hit = trace(frame, &parameters, texels, direction, &entry);
+                Some(Found::Facet(entry, hit))
+            }
+
             /// As `relievo::render::CpuRenderer` draws a pixel.
             fn draw(
                 prepared: &Prepared,
@@ -179,39 +221,13 @@ macro_rules! renderer {
                 let direction = pixel_ray(frame, x, y);
                 let mut nearest: Option<(usize, Found)> = None;
                 for &[i, j] in candidates {
-                    let object = &prepared.scene.objects[i];
-                    let parameters: Object = bytemuck::cast(object.parameters);
-                    let texels = object.map.words();
-                    if object.has_prisms() {
-                        let shells: &[Shell] = bytemuck::cast_slice(&object.shells);
-                        let found =
-                            shell::trace(frame, &parameters, shells, texels, direction, j as u32);
-                        let best = nearest.as_ref().map_or(0.0, |(_, best)| best.hit().depth);
-                        if found.hit.class != CLASS_MISS && found.hit.depth > best {
-                            nearest = Some((i, Found::Prism(found)));
-                        }
-                        continue;
-                    }
-                    let triangle: Triangle = bytemuck::cast(object.triangles[j]);
-                    let facet = fragment::meet(frame, &triangle, direction);
-                    if !facet.hit {
-                        continue;
-                    }
-                    let entry = fragment::enter(&parameters, &triangle, direction, &facet);
                     let best = nearest.as_ref().map_or(0.0, |(_, best)| best.hit().depth);
-                    if !entry.path.enters
-                        || reversed_depth(frame, direction, entry.path.entry_t) < best
+                    let object = &prepared.scene.objects[i];
+                    if let Some(found) = find(object, frame, direction, j, best)
+                        && found.hit().class != CLASS_MISS
+                        && found.hit().depth > best
                     {
-                        continue;
-                    }
-                    let trace = match parameters.search {
-                        SEARCH_PAPER => fragment::trace::<SEARCH_PAPER, [u32]>,
-                        SEARCH_RELIEF => fragment::trace::<SEARCH_RELIEF, [u32]>,
-                        _ => fragment::trace::<SEARCH_EXTRUSION, [u32]>,
-                    };
-                    let hit = trace(frame, &parameters, texels, direction, &entry);
-                    if hit.class != CLASS_MISS && hit.depth > best {
-                        nearest = Some((i, Found::Facet(entry, hit)));
+                        nearest = Some((i, found));
                     }
                 }
                 let Some((i, found)) = nearest else {
