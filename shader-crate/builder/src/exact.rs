@@ -3,19 +3,14 @@
 //!
 //! rust-gpu emits no `NoContraction`, and its own run of spirv-opt rewrites
 //! floats. So: compile without spirv-opt, decorate every float operation, only
-//! then optimise, validate, and check that nothing undecorated or unknown is
+//! then optimise, and check that nothing undecorated or unknown is
 //! left.
 
-use anyhow::{Context, Result, bail};
-use spirv_tools::TargetEnv;
+use anyhow::{Result, bail};
 use spirv_tools::opt::{self, Optimizer};
-use spirv_tools::val::{self, Validator};
 use std::collections::{BTreeMap, BTreeSet};
 
-const TARGET: TargetEnv = TargetEnv::Vulkan_1_1;
-
-/// Words before the first instruction of a module.
-const HEADER: usize = 5;
+use crate::words::{HEADER, Instruction, TARGET, instructions};
 
 mod op {
     pub const EXT_INST: u32 = 12;
@@ -71,29 +66,6 @@ const OTHER: &[u32] = &[
     194, 195, 196, 197, 198, 199, 200, // shifts and bits
     245, 246, 247, 248, 249, 250, 251, 252, 253, 254, 255, // control flow
 ];
-
-/// An instruction: its opcode and its words, the first included.
-struct Instruction<'a> {
-    opcode: u32,
-    words: &'a [u32],
-}
-
-fn instructions(module: &[u32]) -> Result<Vec<Instruction<'_>>> {
-    let mut found = Vec::new();
-    let mut at = HEADER;
-    while at < module.len() {
-        let count = (module[at] >> 16) as usize;
-        let words = module
-            .get(at..at + count.max(1))
-            .context("the module ends within an instruction")?;
-        found.push(Instruction {
-            opcode: module[at] & 0xffff,
-            words,
-        });
-        at += count.max(1);
-    }
-    Ok(found)
-}
 
 /// Ids of the types whose components are floats.
 fn float_types(instructions: &[Instruction<'_>]) -> BTreeSet<u32> {
@@ -162,13 +134,6 @@ pub fn optimize(module: &[u32]) -> Result<Vec<u32>> {
     Ok(binary.as_words().to_vec())
 }
 
-/// Fails where the module is not valid SPIR-V for the target.
-pub fn validate(module: &[u32]) -> Result<()> {
-    val::create(Some(TARGET))
-        .validate(module, None)
-        .map_err(|error| anyhow::anyhow!("spirv-val: {error}"))
-}
-
 /// Fails where an operation that rounds is undecorated, or an opcode unknown.
 pub fn check(module: &[u32]) -> Result<()> {
     let all = instructions(module)?;
@@ -204,7 +169,6 @@ pub fn check(module: &[u32]) -> Result<()> {
 /// Makes the exact module of what rust-gpu gives without spirv-opt.
 pub fn make(unoptimized: &[u32]) -> Result<Vec<u32>> {
     let module = optimize(&decorate(unoptimized)?)?;
-    validate(&module)?;
     check(&module)?;
     Ok(module)
 }
@@ -212,21 +176,18 @@ pub fn make(unoptimized: &[u32]) -> Result<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::words::tests::Words;
 
     /// A module as words: `%f = OpFAdd`, `%m = OpFRem` as asked.
     fn module(operations: &[u32]) -> Vec<u32> {
-        let mut words = vec![0x0723_0203, 0x0001_0300, 0, 100, 0];
-        let mut put = |opcode: u32, operands: &[u32]| {
-            words.push((operands.len() as u32 + 1) << 16 | opcode);
-            words.extend(operands);
-        };
-        put(17, &[1]);
-        put(op::DECORATE, &[50, 0]);
-        put(op::TYPE_FLOAT, &[1, 32]);
+        let mut words = Words::new();
+        words.put(17, &[1]);
+        words.put(op::DECORATE, &[50, 0]);
+        words.put(op::TYPE_FLOAT, &[1, 32]);
         for (i, &opcode) in operations.iter().enumerate() {
-            put(opcode, &[1, 10 + i as u32, 2, 3]);
+            words.put(opcode, &[1, 10 + i as u32, 2, 3]);
         }
-        words
+        words.0
     }
 
     #[test]

@@ -8,7 +8,9 @@
 //! With `-- --check` it writes nothing and fails where the committed files are
 //! not, byte for byte, what the sources give.
 
+mod arms;
 mod exact;
+mod words;
 
 use anyhow::{Context, Result, bail};
 use relievo_shader_manifest::{
@@ -101,6 +103,9 @@ fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
                     words = exact::make(&words)
                         .with_context(|| format!("the exact module of {entry_point}"))?;
                 }
+                let words = arms::remove_empty(&words)?;
+                words::validate(&words)
+                    .with_context(|| format!("the {} module of {entry_point}", variant.name()))?;
                 let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
                 let file = format!("{folder}/{entry_point}.spv");
                 modules.insert(

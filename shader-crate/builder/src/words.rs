@@ -1,0 +1,60 @@
+//! SPIR-V as words: what the passes over it share.
+
+use anyhow::{Context, Result};
+use spirv_tools::TargetEnv;
+use spirv_tools::val::{self, Validator};
+
+pub const TARGET: TargetEnv = TargetEnv::Vulkan_1_1;
+
+/// Words before the first instruction of a module.
+pub const HEADER: usize = 5;
+
+/// An instruction: its opcode and its words, the first included.
+pub struct Instruction<'a> {
+    pub opcode: u32,
+    pub words: &'a [u32],
+}
+
+/// The instructions of `module`, in their order.
+pub fn instructions(module: &[u32]) -> Result<Vec<Instruction<'_>>> {
+    let mut found = Vec::new();
+    let mut at = HEADER;
+    while at < module.len() {
+        let count = (module[at] >> 16) as usize;
+        let words = module
+            .get(at..at + count.max(1))
+            .context("the module ends within an instruction")?;
+        found.push(Instruction {
+            opcode: module[at] & 0xffff,
+            words,
+        });
+        at += count.max(1);
+    }
+    Ok(found)
+}
+
+/// Fails where the module is not valid SPIR-V for the target.
+pub fn validate(module: &[u32]) -> Result<()> {
+    val::create(Some(TARGET))
+        .validate(module, None)
+        .map_err(|error| anyhow::anyhow!("spirv-val: {error}"))
+}
+
+#[cfg(test)]
+pub mod tests {
+    /// A module under construction.
+    pub struct Words(pub Vec<u32>);
+
+    impl Words {
+        /// The header.
+        pub fn new() -> Words {
+            Words(vec![0x0723_0203, 0x0001_0300, 0, 100, 0])
+        }
+
+        /// Puts an instruction.
+        pub fn put(&mut self, opcode: u32, operands: &[u32]) {
+            self.0.push((operands.len() as u32 + 1) << 16 | opcode);
+            self.0.extend(operands);
+        }
+    }
+}
