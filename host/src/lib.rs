@@ -24,6 +24,7 @@
 pub mod aov;
 pub mod bench;
 pub mod error;
+pub mod explain;
 pub mod file;
 pub mod gallery;
 pub mod mesh;

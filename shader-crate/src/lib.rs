@@ -13,6 +13,7 @@ use relievo_shared::fragment::{Entry, Hit};
 use relievo_shared::layout::{
     Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell, Triangle,
 };
+use relievo_shared::needs::{ANYTHING, CURVED, GROWING, known};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::shape_map::Texels;
 use relievo_shared::shell::{self, ShellHit};
@@ -162,7 +163,7 @@ fn geometry_words(hit: &Hit, normal: Vec3) -> (UVec4, UVec4) {
 /// An entry point that writes linear RGB as the bits of three f32, and the
 /// class in the fourth word.
 macro_rules! color_entry_point {
-    ($name:ident, $search:expr, $shadow:expr) => {
+    ($name:ident, $search:expr, $needs:expr, $shadow:expr) => {
         #[doc = "Writes linear RGB as the bits of three f32, and the class."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
@@ -176,6 +177,7 @@ macro_rules! color_entry_point {
             color: &mut UVec4,
         ) {
             let texels = Buffer(words);
+            let object = &known::<{ $needs }>(object);
             let (direction, entry, hit) =
                 find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
             let rgb =
@@ -189,7 +191,7 @@ macro_rules! color_entry_point {
 /// An entry point that writes what the hit is: (t, u, v, δ) and (class and
 /// steps, N), as bits.
 macro_rules! geometry_entry_point {
-    ($name:ident, $search:expr) => {
+    ($name:ident, $search:expr, $needs:expr) => {
         #[doc = "Writes (t, u, v, δ) and (class and steps, N), as bits."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
@@ -204,6 +206,7 @@ macro_rules! geometry_entry_point {
             surface: &mut UVec4,
         ) {
             let texels = Buffer(words);
+            let object = &known::<{ $needs }>(object);
             let (direction, entry, hit) =
                 find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
             let normal = fragment::normals(object, &texels, direction, &entry, &hit).carved;
@@ -261,12 +264,39 @@ pub fn geometry_prisms(
 
 color_prisms_entry_point!(color_prisms, false);
 color_prisms_entry_point!(color_prisms_shadow, true);
-color_entry_point!(color_extrusion, SEARCH_EXTRUSION, false);
-color_entry_point!(color_extrusion_shadow, SEARCH_EXTRUSION, true);
-color_entry_point!(color_relief, SEARCH_RELIEF, false);
-color_entry_point!(color_relief_shadow, SEARCH_RELIEF, true);
-color_entry_point!(color_paper, SEARCH_PAPER, false);
-color_entry_point!(color_paper_shadow, SEARCH_PAPER, true);
-geometry_entry_point!(geometry_extrusion, SEARCH_EXTRUSION);
-geometry_entry_point!(geometry_relief, SEARCH_RELIEF);
-geometry_entry_point!(geometry_paper, SEARCH_PAPER);
+color_entry_point!(color_relief, SEARCH_RELIEF, ANYTHING, false);
+color_entry_point!(color_relief_shadow, SEARCH_RELIEF, ANYTHING, true);
+color_entry_point!(color_paper, SEARCH_PAPER, ANYTHING, false);
+color_entry_point!(color_paper_shadow, SEARCH_PAPER, ANYTHING, true);
+geometry_entry_point!(geometry_relief, SEARCH_RELIEF, ANYTHING);
+geometry_entry_point!(geometry_paper, SEARCH_PAPER, ANYTHING);
+
+/// The entry points of extrusion mapping for objects with these needs.
+macro_rules! extrusion_entry_points {
+    ($color:ident, $color_shadow:ident, $geometry:ident, $needs:expr) => {
+        color_entry_point!($color, SEARCH_EXTRUSION, $needs, false);
+        color_entry_point!($color_shadow, SEARCH_EXTRUSION, $needs, true);
+        geometry_entry_point!($geometry, SEARCH_EXTRUSION, $needs);
+    };
+}
+
+extrusion_entry_points!(
+    color_extrusion,
+    color_extrusion_shadow,
+    geometry_extrusion,
+    ANYTHING
+);
+extrusion_entry_points!(color_planar, color_planar_shadow, geometry_planar, 0);
+extrusion_entry_points!(
+    color_planar_growing,
+    color_planar_growing_shadow,
+    geometry_planar_growing,
+    GROWING
+);
+extrusion_entry_points!(color_curved, color_curved_shadow, geometry_curved, CURVED);
+extrusion_entry_points!(
+    color_curved_growing,
+    color_curved_growing_shadow,
+    geometry_curved_growing,
+    CURVED | GROWING
+);

@@ -50,6 +50,7 @@ pub mod layout;
 pub mod light;
 pub mod march;
 mod native;
+pub mod needs;
 pub mod normals;
 pub mod outline;
 pub mod paper;

@@ -51,6 +51,10 @@ struct StepLength {
     far: Real,
     flat: Real,
     largest_radius: Real,
+    /// Whether ease is 1 and gain is 0.
+    is_even: bool,
+    /// Whether `far` differs from `flat`.
+    grows: bool,
 }
 
 impl StepLength {
@@ -59,14 +63,32 @@ impl StepLength {
         let gap = distance - radius;
         let near = gap * self.near;
         let far = (gap - self.safe.margin) * self.far;
-        let flat = (distance - self.largest_radius - self.safe.margin) * self.flat;
+        let flat = if self.grows {
+            (distance - self.largest_radius - self.safe.margin) * self.flat
+        } else {
+            far
+        };
         // The second bound holds from 1.5 texels on.
         let step = if distance >= 1.5 {
             max(near, max(far, flat))
         } else {
             near
         };
-        step * (self.ease + self.gain * s)
+        if self.is_even {
+            step
+        } else {
+            step * (self.ease + self.gain * s)
+        }
+    }
+}
+
+/// The radius of the solid around the pattern at `s` of `path`, texels.
+#[inline]
+fn radius<P: Path>(profile: &Profile, path: &P, s: Real) -> Real {
+    if profile.grows {
+        profile.radius(clamp(path.depth_fraction(s), 0.0, 1.0))
+    } else {
+        profile.extension
     }
 }
 
@@ -99,14 +121,23 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
     let (first, last) = path.uv_rates();
     let (first, last) = (first * map.size, last * map.size);
     let first = sqrt(first.dot(first));
-    let last = sqrt(last.dot(last));
+    let last = if path.is_even() {
+        first
+    } else {
+        sqrt(last.dot(last))
+    };
     let speed = max(first, last);
     let growth = profile.bevel * path.depth_rate();
     let safe = SafeStep::new(map.quantum);
     // From s on, ℓ is at most the mean of what it is on the line there and at
     // the end where it grows, and what it is there where it falls.
-    let slack = div(last - first, max(end * (speed + growth), 1e-18));
+    let slack = if path.is_even() {
+        0.0
+    } else {
+        div(last - first, max(end * (speed + growth), 1e-18))
+    };
     // Reciprocals stay below 1e18, so that a step is never an infinity.
+    let flat = div(1.0, max(speed, 1e-18));
     let step_length = StepLength {
         ease: if slack > 0.0 {
             1.0 + 0.5 * slack * end
@@ -115,8 +146,14 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
         },
         gain: if slack > 0.0 { -0.5 * slack } else { -slack },
         near: div(safe.lipschitz, max(speed + safe.lipschitz * growth, 1e-18)),
-        far: div(1.0, max(speed + growth, 1e-18)),
-        flat: div(1.0, max(speed, 1e-18)),
+        far: if profile.grows {
+            div(1.0, max(speed + growth, 1e-18))
+        } else {
+            flat
+        },
+        flat,
+        is_even: path.is_even(),
+        grows: profile.grows,
         largest_radius: profile.largest_radius(),
         safe,
     };
@@ -128,9 +165,8 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
     let mut left = false;
     let mut at_once = false;
     while !met && !left {
-        let depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
         let distance = map.distance(texels, path.uv(s));
-        let radius = profile.radius(depth_fraction);
+        let radius = radius(profile, path, s);
         at_once = steps == 0 && distance <= radius;
         met = at_once || (steps > 0 && distance - radius <= TOLERANCE) || steps >= linear_steps;
         left = !met && s >= end;
@@ -174,8 +210,7 @@ pub fn refine<P: Path, T: Texels + ?Sized>(
     let mut bisections = binary_steps;
     while bisections > 0 && before < s {
         let middle = 0.5 * (before + s);
-        let depth = clamp(path.depth_fraction(middle), 0.0, 1.0);
-        let gap = map.distance(texels, path.uv(middle)) - profile.radius(depth);
+        let gap = map.distance(texels, path.uv(middle)) - radius(profile, path, middle);
         if gap <= TOLERANCE {
             s = middle;
         } else {
@@ -285,6 +320,9 @@ mod tests {
         }
         fn uv_rates(&self) -> (Vec2, Vec2) {
             (self.velocity, self.velocity)
+        }
+        fn is_even(&self) -> bool {
+            true
         }
         fn depth_rate(&self) -> Real {
             max(self.slope, self.slope - 2.0 * self.bend * self.end) / self.depth

@@ -61,7 +61,7 @@ pub fn normal_at<T: Texels + ?Sized>(
         surface.gradient_u * (slope.x * map.size.x) + surface.gradient_v * (slope.y * map.size.y);
     // Upright with respect to the surface at the hit.
     let upright = raw - surface_normal * surface_normal.dot(raw);
-    let tilt: Real = if class == CLASS_BEVEL {
+    let tilt: Real = if class == CLASS_BEVEL && object.bevel != 0.0 {
         crate::arithmetic::div(object.bevel * map.size.x, object.depth)
     } else {
         0.0

@@ -15,6 +15,8 @@ pub struct Profile {
     pub chamfer: Real,
     /// 1 / b, or 0 without a bevel.
     inverse_bevel: Real,
+    /// Whether the radius depends on δ at all.
+    pub grows: bool,
 }
 
 impl Profile {
@@ -27,6 +29,8 @@ impl Profile {
             bevel,
             chamfer: object.chamfer,
             inverse_bevel: if bevel > 1e-12 { div(1.0, bevel) } else { 0.0 },
+            // Asked of the object, of which it may be known.
+            grows: object.bevel != 0.0,
         }
     }
 

@@ -43,6 +43,11 @@ impl Path for LightPath {
     }
 
     #[inline]
+    fn is_even(&self) -> bool {
+        true
+    }
+
+    #[inline]
     fn depth_rate(&self) -> Real {
         // It rises all the way: the pattern only gets thinner.
         0.0

@@ -188,12 +188,31 @@ impl ShapeMap {
                 taps.mix(n00.y, n10.y, n01.y, n11.y),
             );
         }
-        let dx = Vec2::new(div(self.reach, self.size.x), 0.0);
-        let dy = Vec2::new(0.0, div(self.reach, self.size.y));
-        Vec2::new(
-            self.distance(texels, uv + dx) - self.distance(texels, uv - dx),
-            self.distance(texels, uv + dy) - self.distance(texels, uv - dy),
-        ) * div(0.5, self.reach)
+        let (dx, dy) = (div(self.reach, self.size.x), div(self.reach, self.size.y));
+        let mut before = 0.0;
+        let mut along_u = 0.0;
+        let mut along_v = 0.0;
+        // Right, left, below and above: a loop, since a shader would hold the
+        // whole of `distance` four times.
+        let mut side = 0;
+        while side < 4 {
+            let offset = if side < 2 {
+                Vec2::new(dx, 0.0)
+            } else {
+                Vec2::new(0.0, dy)
+            };
+            let is_first = side & 1 == 0;
+            let distance = self.distance(texels, if is_first { uv + offset } else { uv - offset });
+            if is_first {
+                before = distance;
+            } else if side == 1 {
+                along_u = before - distance;
+            } else {
+                along_v = before - distance;
+            }
+            side += 1;
+        }
+        Vec2::new(along_u, along_v) * div(0.5, self.reach)
     }
 }
 

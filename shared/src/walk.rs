@@ -566,6 +566,11 @@ impl Path for Piece {
     }
 
     #[inline]
+    fn is_even(&self) -> bool {
+        false
+    }
+
+    #[inline]
     fn depth_rate(&self) -> Real {
         self.depth_rate
     }

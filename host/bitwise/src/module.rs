@@ -77,6 +77,27 @@ impl Module {
         self.files.iter().flat_map(|file| &file.entry_points)
     }
 
+    /// Instructions in the functions of the file with an entry point, if there
+    /// is one.
+    pub fn instructions(&self, entry_point: &str) -> Option<usize> {
+        let words = &self.file(entry_point)?.words;
+        let mut count = 0;
+        let mut at = HEADER;
+        let mut in_function = false;
+        while let Some(word) = words.get(at) {
+            in_function |= word & 0xffff == OP_FUNCTION;
+            count += usize::from(in_function);
+            // No length is 0: it was checked.
+            at += ((word >> 16) as usize).max(1);
+        }
+        Some(count)
+    }
+
+    fn file(&self, entry_point: &str) -> Option<&File> {
+        let has = |file: &&File| file.entry_points.iter().any(|has| has.name == entry_point);
+        self.files.iter().find(has)
+    }
+
     /// Gives the file with an entry point to `device`.
     ///
     /// # Errors
@@ -93,14 +114,9 @@ impl Module {
                 adapter: device.describe().to_string(),
             });
         }
-        let has = |file: &&File| file.entry_points.iter().any(|has| has.name == entry_point);
-        let file = self
-            .files
-            .iter()
-            .find(has)
-            .ok_or_else(|| DeviceError::Module {
-                message: format!("it has no entry point {entry_point:?}"),
-            })?;
+        let file = self.file(entry_point).ok_or_else(|| DeviceError::Module {
+            message: format!("it has no entry point {entry_point:?}"),
+        })?;
         let words = Cow::Borrowed(file.words.as_slice());
         let guard = device.guard();
         let module = match self.route {

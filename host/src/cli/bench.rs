@@ -7,7 +7,8 @@ use anyhow::bail;
 use relievo::Error;
 use relievo::bench::{Backend, Summary, Table1, measure};
 use relievo::file::write_bytes;
-use relievo::render::gpu::{Adapter, Choice, Shaders, choose};
+use relievo::prepare::PreparedScene;
+use relievo::render::gpu::{Adapter, Choice, Extent, Shaders, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Tier;
 use std::path::Path;
@@ -130,9 +131,39 @@ fn exactness_of(
     let scene = &loaded.prepared;
     let renderer =
         |shaders| GpuRenderer::new(scene, found, Choice::These(shaders)).map_err(Error::from);
-    let mut renderers = [renderer(Shaders::Exact)?, renderer(Shaders::Fast)?];
+    let renderers = [renderer(Shaders::Exact)?, renderer(Shaders::Fast)?];
+    let what = format!("{}, {} tier", path.display(), tier.name());
+    in_turn(&what, scene, arguments.frames, ["exact", "fast"], renderers)
+}
+
+/// `relievo bench specialization`.
+pub fn specialization(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
+    let found = choose(arguments.adapter.as_deref()).map_err(Error::from)?;
+    say(format_args!("{}", found.describe()))?;
+    for path in &arguments.scenes {
+        let loaded = load(path, arguments.size)?;
+        let scene = &loaded.prepared;
+        let renderer = |extent| {
+            GpuRenderer::with_extent(scene, &found, Choice::Trusted, extent).map_err(Error::from)
+        };
+        let renderers = [renderer(Extent::Needed)?, renderer(Extent::Everything)?];
+        let what = path.display().to_string();
+        let names = ["special", "general"];
+        in_turn(&what, scene, arguments.frames, names, renderers)?;
+    }
+    Ok(())
+}
+
+/// Times two renderers of one scene in turn, and says how they compare.
+fn in_turn(
+    what: &str,
+    scene: &PreparedScene,
+    frames: u32,
+    names: [&str; 2],
+    mut renderers: [GpuRenderer; 2],
+) -> anyhow::Result<()> {
     let mut times = [Vec::new(), Vec::new()];
-    for round in 0..=arguments.frames {
+    for round in 0..=frames {
         for (renderer, times) in renderers.iter_mut().zip(&mut times) {
             let time = renderer.time_color(&scene.frame).map_err(Error::from)?;
             if round > 0 {
@@ -140,22 +171,20 @@ fn exactness_of(
             }
         }
     }
-    let [exact, fast] = &times;
+    let [first, second] = &times;
     let summaries = (
-        Summary::of(exact),
-        Summary::of(fast),
-        Summary::of_ratios(exact, fast),
+        Summary::of(first),
+        Summary::of(second),
+        Summary::of_ratios(first, second),
     );
-    if let (Some(exact), Some(fast), Some(ratio)) = summaries {
+    if let (Some(first), Some(second), Some(ratio)) = summaries {
+        let [one, other] = names;
         say(format_args!(
-            "{}, {} × {}, {} tier: exact {:.2} ms, fast {:.2} ms (medians of {} frames in turn); exact / fast {:.3} (quartiles {:.3} to {:.3})",
-            path.display(),
+            "{what}, {} × {}: {one} {:.2} ms, {other} {:.2} ms (medians of {frames} frames in turn); {one} / {other} {:.3} (quartiles {:.3} to {:.3})",
             scene.size[0],
             scene.size[1],
-            tier.name(),
-            exact.median,
-            fast.median,
-            arguments.frames,
+            first.median,
+            second.median,
             ratio.median,
             ratio.lower_quartile,
             ratio.upper_quartile,

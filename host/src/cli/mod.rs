@@ -3,6 +3,7 @@
 mod accuracy;
 mod bake;
 mod bench;
+mod explain;
 mod gallery;
 mod info;
 mod progress;
@@ -42,6 +43,8 @@ enum Command {
     Bake(BakeArguments),
     /// Show what a scene loads, and the adapters of this machine
     Info(InfoArguments),
+    /// Say what scenes need of the model and what not, with instructions and bytes
+    Explain(ExplainArguments),
     /// Compare the GPU's words with the CPU's: functions one by one, and pictures of scenes
     Verify(VerifyArguments),
     /// Say how far the pictures of scenes are from the truth: holes, extra pixels, distances
@@ -143,6 +146,16 @@ struct InfoArguments {
 }
 
 #[derive(Args)]
+struct ExplainArguments {
+    /// The scenes
+    #[arg(required = true)]
+    scenes: Vec<PathBuf>,
+    /// Size of the picture, in place of the scene's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+}
+
+#[derive(Args)]
 struct VerifyArguments {
     /// The scenes whose pictures are compared
     scenes: Vec<PathBuf>,
@@ -204,6 +217,8 @@ enum BenchCommand {
     Scene(BenchSceneArguments),
     /// Time the exact shaders beside the fast ones, in every tier, in turn
     Exactness(BenchSceneArguments),
+    /// Time the shaders that hold what a scene needs beside those that hold everything, in turn
+    Specialization(BenchSceneArguments),
     /// Measure the paper's Table 1: extrusion against relief mapping, planar and curved
     Table1(BenchTable1Arguments),
 }
@@ -295,10 +310,14 @@ pub fn run(arguments: Arguments) -> ExitCode {
         }
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
         Command::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
         Command::Bench(BenchCommand::Exactness(arguments)) => bench::exactness(&arguments),
+        Command::Bench(BenchCommand::Specialization(arguments)) => {
+            bench::specialization(&arguments)
+        }
         Command::Bench(BenchCommand::Table1(arguments)) => {
             if arguments.backend == Measured::Cpu && arguments.adapter.is_some() {
                 refuse_adapter();

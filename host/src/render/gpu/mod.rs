@@ -1,15 +1,18 @@
 //! The renderer on a GPU, through wgpu, without a window.
 
+mod memory;
 mod shaders;
 mod timestamps;
 
+pub use memory::{Memory, Pictures};
 pub use relievo_bitwise::{Adapter, Module, Signature, adapters, choose};
-pub use shaders::{Choice, Shaders, canaries, signature};
+pub use shaders::{Choice, EntryPoints, Extent, Shaders, canaries, signature};
 
 use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
 use crate::prepare::{PreparedObject, PreparedScene};
 use relievo_bitwise::Device;
 use relievo_shared::layout::Frame;
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::mem::size_of;
@@ -32,6 +35,8 @@ pub struct GpuRenderer {
     targets: Option<Targets>,
     /// `None` where the adapter has no clock of its own.
     timestamps: Option<Timestamps>,
+    /// Bytes of the scene's buffers.
+    scene_bytes: u64,
 }
 
 /// How long a frame took.
@@ -46,9 +51,7 @@ pub struct FrameTime {
 struct GpuObject {
     bindings: wgpu::BindGroup,
     vertices: u32,
-    vertex_entry_point: &'static str,
-    color_entry_point: &'static str,
-    geometry_entry_point: &'static str,
+    entry_points: EntryPoints,
 }
 
 /// Pipelines, made when they are first needed; objects that need the same
@@ -93,10 +96,17 @@ struct Targets {
     height: u32,
     /// Bytes of a row in the read-back buffers, as the API wants it aligned.
     stride: u32,
-    words: [wgpu::Texture; 2],
-    views: [wgpu::TextureView; 2],
+    /// Made for as many as were drawn to at once: two for geometry.
+    colors: Vec<Target>,
     depth: wgpu::TextureView,
-    read_back: [wgpu::Buffer; 2],
+}
+
+/// One of them.
+struct Target {
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+    /// Made when it is first read.
+    read_back: Option<wgpu::Buffer>,
 }
 
 impl GpuRenderer {
@@ -109,9 +119,23 @@ impl GpuRenderer {
         adapter: &Adapter,
         choice: Choice,
     ) -> Result<GpuRenderer, RenderError> {
+        GpuRenderer::with_extent(scene, adapter, choice, Extent::Needed)
+    }
+
+    /// As [`GpuRenderer::new`], with shaders that hold as much as `extent` says.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::new`].
+    pub fn with_extent(
+        scene: &PreparedScene,
+        adapter: &Adapter,
+        choice: Choice,
+        extent: Extent,
+    ) -> Result<GpuRenderer, RenderError> {
         let device = adapter.open()?;
         let shaders = choice.on(&device)?;
-        GpuRenderer::on(scene, device, &shaders.module()?, shaders.describe())
+        let module = shaders.module()?;
+        GpuRenderer::on(scene, device, &module, shaders.describe(), extent)
     }
 
     /// As [`GpuRenderer::new`], with a module of one's own that has the entry
@@ -125,7 +149,7 @@ impl GpuRenderer {
         module: &Module,
         name: &str,
     ) -> Result<GpuRenderer, RenderError> {
-        GpuRenderer::on(scene, adapter.open()?, module, name)
+        GpuRenderer::on(scene, adapter.open()?, module, name, Extent::Needed)
     }
 
     fn on(
@@ -133,6 +157,7 @@ impl GpuRenderer {
         opened: Device,
         module: &Module,
         name: &str,
+        extent: Extent,
     ) -> Result<GpuRenderer, RenderError> {
         let description = format!("{}, {name}", opened.describe());
         let guarded = opened.guard();
@@ -168,10 +193,13 @@ impl GpuRenderer {
             made: BTreeMap::new(),
         };
 
+        let scene_bytes = Cell::new(0);
         let storage = |label: &str, bytes: &[u8]| {
+            let size = (bytes.len() as u64).max(4);
+            scene_bytes.set(scene_bytes.get() + size);
             let buffer = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
-                size: (bytes.len() as u64).max(4),
+                size,
                 usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });
@@ -208,15 +236,12 @@ impl GpuRenderer {
                 layout: &layout,
                 entries: &entries,
             });
-            let vertex_entry_point = shaders::vertex_entry_point(&object.parameters);
-            let color_entry_point = shaders::color_entry_point(&object.parameters);
-            pipelines.make(&opened, vertex_entry_point, color_entry_point, 1)?;
+            let entry_points = EntryPoints::of(&object.parameters, extent);
+            pipelines.make(&opened, entry_points.vertex, entry_points.color, 1)?;
             objects.push(GpuObject {
                 bindings,
                 vertices: 6 * object.triangles.len() as u32,
-                vertex_entry_point,
-                color_entry_point,
-                geometry_entry_point: shaders::geometry_entry_point(&object.parameters),
+                entry_points,
             });
         }
         let has_clock = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
@@ -233,7 +258,14 @@ impl GpuRenderer {
             background: wgpu::Color { r, g, b, a },
             targets: None,
             timestamps,
+            scene_bytes: scene_bytes.get(),
         })
+    }
+
+    /// Bytes of the device that the scene's buffers and the last pictures take,
+    /// as [`Memory::of`] foresees.
+    pub fn bytes(&self) -> u64 {
+        self.scene_bytes + self.targets.as_ref().map_or(0, Targets::bytes)
     }
 
     /// Draws `frame`, waits for the device and says how long it took; nothing
@@ -263,8 +295,10 @@ impl GpuRenderer {
         let device = self.device.wgpu();
         if geometry {
             for object in &self.objects {
-                let (vertex, fragment) = (object.vertex_entry_point, object.geometry_entry_point);
-                self.pipelines.make(&self.device, vertex, fragment, 2)?;
+                let EntryPoints {
+                    vertex, geometry, ..
+                } = object.entry_points;
+                self.pipelines.make(&self.device, vertex, geometry, 2)?;
             }
         }
         let [width, height] = frame.size.map(|side| side as u32);
@@ -272,24 +306,26 @@ impl GpuRenderer {
             .targets
             .take()
             .filter(|targets| (targets.width, targets.height) == (width, height));
-        let targets = match kept {
+        let mut targets = match kept {
             Some(targets) => targets,
             None => Targets::new(device, &self.description, width, height)?,
         };
+        let count = if geometry { 2 } else { 1 };
+        targets.make(device, count, read_back);
         self.device
             .queue()
             .write_buffer(&self.frame_buffer, 0, bytemuck::bytes_of(frame));
         // Only measurements read nothing back.
         let timestamps = self.timestamps.as_ref().filter(|_| !read_back);
-        let count = if geometry { 2 } else { 1 };
         let clear = if geometry {
             wgpu::Color::TRANSPARENT
         } else {
             self.background
         };
-        let attachments = targets.views.each_ref().map(|view| {
+        let attachment = |index: usize| {
+            let target = targets.colors.get(index)?;
             Some(wgpu::RenderPassColorAttachment {
-                view,
+                view: &target.view,
                 depth_slice: None,
                 resolve_target: None,
                 ops: wgpu::Operations {
@@ -297,7 +333,8 @@ impl GpuRenderer {
                     store: wgpu::StoreOp::Store,
                 },
             })
-        });
+        };
+        let attachments = [attachment(0), attachment(1)];
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -317,9 +354,9 @@ impl GpuRenderer {
             });
             for object in &self.objects {
                 let entry_point = if geometry {
-                    object.geometry_entry_point
+                    object.entry_points.geometry
                 } else {
-                    object.color_entry_point
+                    object.entry_points.color
                 };
                 pass.set_pipeline(&self.pipelines.made[entry_point]);
                 pass.set_bind_group(0, &object.bindings, &[]);
@@ -327,9 +364,12 @@ impl GpuRenderer {
             }
         }
         if read_back {
-            for (texture, buffer) in targets.words[..count].iter().zip(&targets.read_back) {
+            for target in &targets.colors[..count] {
+                let Some(buffer) = &target.read_back else {
+                    continue;
+                };
                 encoder.copy_texture_to_buffer(
-                    texture.as_image_copy(),
+                    target.texture.as_image_copy(),
                     wgpu::TexelCopyBufferInfo {
                         buffer,
                         layout: wgpu::TexelCopyBufferLayout {
@@ -338,7 +378,7 @@ impl GpuRenderer {
                             rows_per_image: Some(height),
                         },
                     },
-                    texture.size(),
+                    target.texture.size(),
                 );
             }
         }
@@ -354,13 +394,12 @@ impl GpuRenderer {
 
     /// The words of read-back buffer `index`, without the rows' padding.
     fn read(&self, index: usize) -> Result<Vec<[u32; 4]>, RenderError> {
-        let targets = self
-            .targets
-            .as_ref()
-            .ok_or_else(|| self.device.failed("nothing was drawn"))?;
+        let nothing = || self.device.failed("nothing was drawn");
+        let targets = self.targets.as_ref().ok_or_else(nothing)?;
         let count = targets.width as usize * targets.height as usize;
         let mut words = allocate("the picture", count, [0; 4])?;
-        let buffer = &targets.read_back[index];
+        let target = targets.colors.get(index).ok_or_else(nothing)?;
+        let buffer = target.read_back.as_ref().ok_or_else(nothing)?;
         self.device.read(buffer, buffer.size(), |bytes| {
             let row_bytes = targets.width as usize * size_of::<[u32; 4]>();
             let rows = bytes.chunks(targets.stride as usize);
@@ -426,50 +465,86 @@ impl Targets {
                 limits.max_buffer_size,
             ));
         }
-        let texture = |format, usage| {
-            device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("target"),
-                size: wgpu::Extent3d {
-                    width,
-                    height,
-                    depth_or_array_layers: 1,
-                },
-                mip_level_count: 1,
-                sample_count: 1,
-                dimension: wgpu::TextureDimension::D2,
-                format,
-                usage,
-                view_formats: &[],
-            })
-        };
-        let words = || {
-            texture(
-                TARGET_FORMAT,
-                wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
-            )
-        };
-        let read_back = || {
-            device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some("read back"),
-                size: bytes,
-                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                mapped_at_creation: false,
-            })
-        };
-        let words = [words(), words()];
-        let view =
-            |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let depth = texture(
+            device,
+            [width, height],
+            DEPTH_FORMAT,
+            wgpu::TextureUsages::RENDER_ATTACHMENT,
+        );
         Ok(Targets {
             width,
             height,
             stride,
-            views: words.each_ref().map(view),
-            words,
-            depth: texture(DEPTH_FORMAT, wgpu::TextureUsages::RENDER_ATTACHMENT)
-                .create_view(&wgpu::TextureViewDescriptor::default()),
-            read_back: [read_back(), read_back()],
+            colors: Vec::new(),
+            depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
         })
     }
+
+    /// Makes what is missing of `count` targets, to be read back or not.
+    fn make(&mut self, device: &wgpu::Device, count: usize, read_back: bool) {
+        while self.colors.len() < count {
+            let texture = texture(
+                device,
+                [self.width, self.height],
+                TARGET_FORMAT,
+                wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+            );
+            self.colors.push(Target {
+                view: texture.create_view(&wgpu::TextureViewDescriptor::default()),
+                texture,
+                read_back: None,
+            });
+        }
+        if !read_back {
+            return;
+        }
+        for target in &mut self.colors[..count] {
+            if target.read_back.is_none() {
+                target.read_back = Some(device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("read back"),
+                    size: u64::from(self.stride) * u64::from(self.height),
+                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                    mapped_at_creation: false,
+                }));
+            }
+        }
+    }
+
+    /// Bytes of the device that these take.
+    fn bytes(&self) -> u64 {
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        let read: u64 = self
+            .colors
+            .iter()
+            .filter_map(|target| target.read_back.as_ref())
+            .map(wgpu::Buffer::size)
+            .sum();
+        let drawn = self.colors.len() as u64 * size_of::<[u32; 4]>() as u64;
+        pixels * (drawn + size_of::<f32>() as u64) + read
+    }
+}
+
+/// A texture to draw to.
+fn texture(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("target"),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
 }
 
 /// What the shaders of `object` read of its surface: triangles, or prisms.

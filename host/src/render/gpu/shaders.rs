@@ -8,6 +8,7 @@ use relievo_kernel::{Kernel, for_each_canary, table};
 use relievo_shared::Vec3;
 use relievo_shared::for_each_kernel;
 use relievo_shared::layout::{Object, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF};
+use relievo_shared::needs::{ANYTHING, CURVED, GROWING, needs};
 use std::sync::LazyLock;
 
 /// The files of one folder of `assets/shaders` (see the manifest there), one for
@@ -28,10 +29,16 @@ macro_rules! renderer {
     ($folder:literal) => {
         files!($folder: vertex vertex_prisms
             color_extrusion color_extrusion_shadow
+            color_planar color_planar_shadow
+            color_planar_growing color_planar_growing_shadow
+            color_curved color_curved_shadow
+            color_curved_growing color_curved_growing_shadow
             color_relief color_relief_shadow
             color_paper color_paper_shadow
             color_prisms color_prisms_shadow
-            geometry_extrusion geometry_relief geometry_paper geometry_prisms)
+            geometry_extrusion geometry_relief geometry_paper geometry_prisms
+            geometry_planar geometry_planar_growing
+            geometry_curved geometry_curved_growing)
     };
 }
 
@@ -50,14 +57,6 @@ static EXACT: Files = renderer!("relievo_exact");
 static FAST: Files = renderer!("relievo_fast");
 static KERNELS: (Files, Files) = for_each_kernel!(kernel_files);
 static CANARY_KERNELS: (Files, Files) = for_each_canary!(kernel_files);
-
-/// The shader that places an object's triangles, or its prisms.
-pub(super) fn vertex_entry_point(object: &Object) -> &'static str {
-    match object.search {
-        SEARCH_PRISMS => "vertex_prisms",
-        _ => "vertex",
-    }
-}
 
 /// Every canary, with its meaning.
 static CANARIES: LazyLock<Vec<Canary>> = LazyLock::new(|| {
@@ -179,29 +178,77 @@ pub fn signature(device: &Device) -> Result<Signature, RenderError> {
     Ok(Signature::take(&mut runner, &CANARIES)?)
 }
 
-/// The shader that draws the colours of an object with these parameters.
-pub(super) fn color_entry_point(object: &Object) -> &'static str {
-    match (object.search, object.self_shadow != 0) {
-        (SEARCH_PAPER, false) => "color_paper",
-        (SEARCH_PAPER, true) => "color_paper_shadow",
-        (SEARCH_RELIEF, false) => "color_relief",
-        (SEARCH_RELIEF, true) => "color_relief_shadow",
-        (SEARCH_PRISMS, false) => "color_prisms",
-        (SEARCH_PRISMS, true) => "color_prisms_shadow",
-        (_, false) => "color_extrusion",
-        (_, true) => "color_extrusion_shadow",
+/// How much an object's shaders hold.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Extent {
+    /// What the object needs (see `relievo_shared::needs`), where there are such
+    /// shaders.
+    #[default]
+    Needed,
+    /// Everything that any object with the same search may need. The words are
+    /// the same.
+    Everything,
+}
+
+/// The shaders that draw an object.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EntryPoints {
+    /// Places its triangles, or its prisms.
+    pub vertex: &'static str,
+    /// Draws its colours.
+    pub color: &'static str,
+    /// Draws its geometry.
+    pub geometry: &'static str,
+}
+
+impl EntryPoints {
+    /// Those for an object with these parameters.
+    pub fn of(object: &Object, extent: Extent) -> EntryPoints {
+        let needs = match extent {
+            Extent::Needed => needs(object),
+            Extent::Everything => ANYTHING,
+        };
+        let [color, shadow, geometry] = match (object.search, needs) {
+            (SEARCH_PAPER, _) => ["color_paper", "color_paper_shadow", "geometry_paper"],
+            (SEARCH_RELIEF, _) => ["color_relief", "color_relief_shadow", "geometry_relief"],
+            (SEARCH_PRISMS, _) => ["color_prisms", "color_prisms_shadow", "geometry_prisms"],
+            (_, PLANAR) => ["color_planar", "color_planar_shadow", "geometry_planar"],
+            (_, GROWING) => [
+                "color_planar_growing",
+                "color_planar_growing_shadow",
+                "geometry_planar_growing",
+            ],
+            (_, CURVED) => ["color_curved", "color_curved_shadow", "geometry_curved"],
+            (_, CURVED_GROWING) => [
+                "color_curved_growing",
+                "color_curved_growing_shadow",
+                "geometry_curved_growing",
+            ],
+            _ => [
+                "color_extrusion",
+                "color_extrusion_shadow",
+                "geometry_extrusion",
+            ],
+        };
+        EntryPoints {
+            vertex: if object.search == SEARCH_PRISMS {
+                "vertex_prisms"
+            } else {
+                "vertex"
+            },
+            color: if object.self_shadow == 0 {
+                color
+            } else {
+                shadow
+            },
+            geometry,
+        }
     }
 }
 
-/// The shader that draws the geometry of an object with these parameters.
-pub(super) fn geometry_entry_point(object: &Object) -> &'static str {
-    match object.search {
-        SEARCH_PAPER => "geometry_paper",
-        SEARCH_RELIEF => "geometry_relief",
-        SEARCH_PRISMS => "geometry_prisms",
-        _ => "geometry_extrusion",
-    }
-}
+/// Neither [`CURVED`] nor [`GROWING`].
+const PLANAR: u32 = 0;
+const CURVED_GROWING: u32 = CURVED | GROWING;
 
 #[cfg(test)]
 mod tests {

@@ -1,0 +1,19 @@
+//! `relievo explain`.
+
+use super::session::load;
+use super::{ExplainArguments, say};
+use relievo::Error;
+use relievo::explain::explain;
+
+pub fn run(arguments: &ExplainArguments) -> anyhow::Result<()> {
+    for path in &arguments.scenes {
+        let loaded = load(path, arguments.size)?;
+        let explanation = explain(&loaded.prepared).map_err(Error::from)?;
+        let [width, height] = loaded.prepared.size;
+        say(format_args!(
+            "{}, {width} × {height} pixels\n{explanation}",
+            path.display()
+        ))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,222 @@
+//! What a scene needs of the model, what it does not, and what that costs.
+
+use crate::prepare::{PreparedObject, PreparedScene};
+use crate::render::RenderError;
+use crate::render::gpu::{EntryPoints, Extent, Memory, Pictures, Shaders};
+use relievo_shared::layout::{
+    FORMAT_CODES, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,
+};
+use std::fmt;
+use std::sync::Arc;
+
+/// A part of the model.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Feature {
+    /// What it is.
+    pub name: &'static str,
+    /// Whether the scene has it.
+    pub is_in: bool,
+    /// Because of which key or file.
+    pub why: String,
+}
+
+/// The shader of an object, beside the one that holds everything.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ShaderCost {
+    /// The entry point that is used.
+    pub entry_point: &'static str,
+    /// Its instructions.
+    pub instructions: usize,
+    /// The general entry point.
+    pub general: &'static str,
+    /// Its instructions.
+    pub general_instructions: usize,
+}
+
+/// What one object needs.
+#[derive(Clone, Debug)]
+pub struct ObjectPlan {
+    /// The object's name.
+    pub name: String,
+    /// Everything that there is, in or out.
+    pub features: Vec<Feature>,
+    /// Its colour shader in the exact module, and in the fast one.
+    pub shaders: [ShaderCost; 2],
+}
+
+/// What a scene needs.
+#[derive(Clone, Debug)]
+pub struct Explanation {
+    /// Each object.
+    pub objects: Vec<ObjectPlan>,
+    /// What it takes of a device to draw its picture.
+    pub memory: Memory,
+    /// What it takes where everything is made: triangles and prisms, colours and
+    /// geometry.
+    pub general_memory: Memory,
+}
+
+/// Says what `scene` needs.
+///
+/// # Errors
+/// [`RenderError::Device`] where a module built in is none.
+pub fn explain(scene: &PreparedScene) -> Result<Explanation, RenderError> {
+    let objects = scene
+        .objects
+        .iter()
+        .enumerate()
+        .map(|(index, object)| {
+            Ok(ObjectPlan {
+                name: object.name.clone(),
+                features: features(object, &scene.objects[..index]),
+                shaders: [
+                    shader_cost(object, Shaders::Exact)?,
+                    shader_cost(object, Shaders::Fast)?,
+                ],
+            })
+        })
+        .collect::<Result<_, RenderError>>()?;
+    Ok(Explanation {
+        objects,
+        memory: Memory::of(scene, Extent::Needed, Pictures::Color),
+        general_memory: Memory::of(scene, Extent::Everything, Pictures::ColorAndGeometry),
+    })
+}
+
+fn shader_cost(object: &PreparedObject, shaders: Shaders) -> Result<ShaderCost, RenderError> {
+    let module = shaders.module()?;
+    let entry_point = EntryPoints::of(&object.parameters, Extent::Needed).color;
+    let general = EntryPoints::of(&object.parameters, Extent::Everything).color;
+    let count = |name| module.instructions(name).unwrap_or_default();
+    Ok(ShaderCost {
+        entry_point,
+        instructions: count(entry_point),
+        general,
+        general_instructions: count(general),
+    })
+}
+
+/// Every feature, for `object`, before which come `earlier` ones.
+fn features(object: &PreparedObject, earlier: &[PreparedObject]) -> Vec<Feature> {
+    let parameters = &object.parameters;
+    let feature = |name, is_in, why: &str, why_not: &str| Feature {
+        name,
+        is_in,
+        why: if is_in { why } else { why_not }.to_string(),
+    };
+    let is_planar = parameters.tier == TIER_PLANAR;
+    let search = match parameters.search {
+        SEARCH_RELIEF => "equal steps: technique = \"relief\"",
+        SEARCH_PAPER => "the paper's: tier = \"paper\"",
+        SEARCH_PRISMS => "from prism to prism: tier = \"accurate\"",
+        _ => "steps that cannot skip the pattern",
+    };
+    let is_bent = !is_planar && parameters.search != SEARCH_PRISMS;
+    let shared_map = earlier
+        .iter()
+        .find(|other| Arc::ptr_eq(&other.map, &object.map));
+    let shared_mesh = earlier
+        .iter()
+        .find(|other| Arc::ptr_eq(&other.mesh, &object.mesh));
+    let shared = |other: Option<&PreparedObject>| match other {
+        Some(other) => format!("that of object {:?}", other.name),
+        None => "no object before has the same".to_string(),
+    };
+    vec![
+        feature("search", true, search, ""),
+        feature(
+            "rays bent along quadrics",
+            is_bent,
+            "the tier models curvature",
+            if is_planar {
+                "tier = \"planar\""
+            } else {
+                "prisms take their place"
+            },
+        ),
+        feature(
+            "prisms",
+            object.has_prisms(),
+            "tier = \"accurate\"",
+            "the tier is not \"accurate\"",
+        ),
+        feature(
+            "growth with depth",
+            parameters.bevel != 0.0,
+            "bevel is not 0",
+            "no bevel, no chamfer",
+        ),
+        feature(
+            "self-shadows",
+            parameters.self_shadow != 0,
+            "self_shadow = true",
+            "self_shadow = false",
+        ),
+        feature(
+            "floor",
+            parameters.cut_out == 0,
+            "cut_out = false",
+            "cut_out = true",
+        ),
+        feature(
+            "map of floats or in the paper's form",
+            parameters.map_format != FORMAT_CODES,
+            "the shape file holds one",
+            "codes of 8 or 16 bits",
+        ),
+        Feature {
+            name: "shared shape map",
+            is_in: shared_map.is_some(),
+            why: shared(shared_map),
+        },
+        Feature {
+            name: "shared mesh",
+            is_in: shared_mesh.is_some(),
+            why: shared(shared_mesh),
+        },
+    ]
+}
+
+impl fmt::Display for Explanation {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for object in &self.objects {
+            writeln!(formatter, "object {:?}", object.name)?;
+            for feature in &object.features {
+                let place = if feature.is_in { "in " } else { "out" };
+                writeln!(formatter, "  {place} {}: {}", feature.name, feature.why)?;
+            }
+            for (cost, module) in object.shaders.iter().zip(["exact", "fast"]) {
+                writeln!(
+                    formatter,
+                    "  {module} shader {}: {} instructions; with everything, {}: {} ({})",
+                    cost.entry_point,
+                    cost.instructions,
+                    cost.general,
+                    cost.general_instructions,
+                    share(cost.instructions as u64, cost.general_instructions as u64),
+                )?;
+            }
+        }
+        let (needed, general) = (&self.memory, &self.general_memory);
+        writeln!(formatter, "GPU memory, bytes; in brackets with everything")?;
+        for (name, bytes, of) in [
+            ("triangles", needed.triangles, general.triangles),
+            ("prisms", needed.prisms, general.prisms),
+            ("shape maps", needed.maps, general.maps),
+            ("parameters", needed.parameters, general.parameters),
+            ("pictures", needed.pictures, general.pictures),
+        ] {
+            writeln!(formatter, "  {name}: {bytes} ({of})")?;
+        }
+        let (total, of) = (needed.total(), general.total());
+        write!(
+            formatter,
+            "  together: {total} ({of}), {}",
+            share(total, of)
+        )
+    }
+}
+
+fn share(part: u64, whole: u64) -> String {
+    format!("{:.0} %", 100.0 * part as f64 / whole.max(1) as f64)
+}

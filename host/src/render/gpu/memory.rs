@@ -1,0 +1,83 @@
+//! What a scene takes of a device's memory, before there is a device.
+
+use super::{Extent, surface_bytes};
+use crate::prepare::PreparedScene;
+use relievo_shared::layout::{Frame, Object, Shell};
+use std::collections::BTreeSet;
+use std::mem::{size_of, size_of_val};
+
+/// Bytes of a pixel of a picture of words.
+const WORDS: u64 = size_of::<[u32; 4]>() as u64;
+/// Bytes of its depth.
+const DEPTH: u64 = size_of::<f32>() as u64;
+
+/// Which pictures are drawn and read back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pictures {
+    /// Colours.
+    Color,
+    /// Colours and geometry.
+    ColorAndGeometry,
+}
+
+/// Bytes on a device, without what the driver keeps for itself.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Memory {
+    /// Triangles.
+    pub triangles: u64,
+    /// Prisms.
+    pub prisms: u64,
+    /// Shape maps; one that is shared counts once.
+    pub maps: u64,
+    /// The camera and the objects' parameters.
+    pub parameters: u64,
+    /// Pictures, and what they are read back through.
+    pub pictures: u64,
+}
+
+impl Memory {
+    /// What `scene` takes where renderers keep as much of its surface as
+    /// `extent` says, and draw `pictures` of its size.
+    pub fn of(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> Memory {
+        let mut memory = Memory {
+            parameters: size_of::<Frame>() as u64,
+            pictures: picture_bytes(scene, pictures),
+            ..Memory::default()
+        };
+        let mut maps = BTreeSet::new();
+        for object in &scene.objects {
+            let triangles = size_of_val(object.triangles.as_slice()) as u64;
+            let needed = surface_bytes(object).len() as u64;
+            if extent == Extent::Everything {
+                memory.triangles += triangles;
+                memory.prisms += (object.triangles.len() * size_of::<Shell>()) as u64;
+            } else if object.has_prisms() {
+                memory.prisms += needed;
+            } else {
+                memory.triangles += needed;
+            }
+            let words = object.map.words();
+            if maps.insert(words.as_ptr()) {
+                memory.maps += size_of_val(words) as u64;
+            }
+            memory.parameters += size_of::<Object>() as u64;
+        }
+        memory
+    }
+
+    /// All of it.
+    pub fn total(&self) -> u64 {
+        self.triangles + self.prisms + self.maps + self.parameters + self.pictures
+    }
+}
+
+/// What the pictures of `scene` take.
+fn picture_bytes(scene: &PreparedScene, pictures: Pictures) -> u64 {
+    let [width, height] = scene.size.map(|side| u64::from(side * scene.supersampling));
+    let stride = (width * WORDS).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT));
+    let count = match pictures {
+        Pictures::Color => 1,
+        Pictures::ColorAndGeometry => 2,
+    };
+    height * (width * DEPTH + count * (width * WORDS + stride))
+}
