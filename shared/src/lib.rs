@@ -43,6 +43,7 @@ pub mod arithmetic;
 pub mod camera;
 pub mod contract;
 pub mod facet;
+pub mod facts;
 pub mod fragment;
 #[cfg(not(feature = "double"))]
 pub mod kernels;
@@ -50,7 +51,6 @@ pub mod layout;
 pub mod light;
 pub mod march;
 mod native;
-pub mod needs;
 pub mod normals;
 pub mod outline;
 pub mod paper;

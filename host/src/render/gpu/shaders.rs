@@ -6,9 +6,11 @@ use relievo_bitwise::{Canary, Device, Module, Runner, Signature};
 use relievo_kernel::canary::{self, MEANINGS};
 use relievo_kernel::{Kernel, for_each_canary, table};
 use relievo_shared::Vec3;
+use relievo_shared::facts::{CODES, CURVED, PLANAR, UPRIGHT, facts};
 use relievo_shared::for_each_kernel;
-use relievo_shared::layout::{Object, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF};
-use relievo_shared::needs::{ANYTHING, CURVED, GROWING, needs};
+use relievo_shared::layout::{
+    Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF,
+};
 use std::sync::LazyLock;
 
 /// The files of one folder of `assets/shaders` (see the manifest there), one for
@@ -28,17 +30,18 @@ macro_rules! files {
 macro_rules! renderer {
     ($folder:literal) => {
         files!($folder: vertex vertex_prisms
-            color_extrusion color_extrusion_shadow
-            color_planar color_planar_shadow
-            color_planar_growing color_planar_growing_shadow
-            color_curved color_curved_shadow
-            color_curved_growing color_curved_growing_shadow
-            color_relief color_relief_shadow
-            color_paper color_paper_shadow
-            color_prisms color_prisms_shadow
-            geometry_extrusion geometry_relief geometry_paper geometry_prisms
-            geometry_planar geometry_planar_growing
-            geometry_curved geometry_curved_growing)
+            color_extrusion color_extrusion_shadow geometry_extrusion
+            color_planar color_planar_shadow geometry_planar
+            color_planar_growing color_planar_growing_shadow geometry_planar_growing
+            color_curved color_curved_shadow geometry_curved
+            color_curved_growing color_curved_growing_shadow geometry_curved_growing
+            color_relief color_relief_shadow geometry_relief
+            color_relief_planar color_relief_planar_shadow geometry_relief_planar
+            color_relief_curved color_relief_curved_shadow geometry_relief_curved
+            color_paper color_paper_shadow geometry_paper
+            color_prisms color_prisms_shadow geometry_prisms
+            color_prisms_upright color_prisms_upright_shadow geometry_prisms_upright
+            color_prisms_growing color_prisms_growing_shadow geometry_prisms_growing)
     };
 }
 
@@ -181,8 +184,7 @@ pub fn signature(device: &Device) -> Result<Signature, RenderError> {
 /// How much an object's shaders hold.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Extent {
-    /// What the object needs (see `relievo_shared::needs`), where there are such
-    /// shaders.
+    /// What the object needs, as far as there are such shaders.
     #[default]
     Needed,
     /// Everything that any object with the same search may need. The words are
@@ -201,35 +203,62 @@ pub struct EntryPoints {
     pub geometry: &'static str,
 }
 
+/// The fragment shaders of a search, and what must be true of an object that
+/// they draw (`relievo_shared::facts`).
+struct Special {
+    search: u32,
+    facts: u32,
+    color: &'static str,
+    shadow: &'static str,
+    geometry: &'static str,
+}
+
+/// A [`Special`] for each pair of a search and facts.
+macro_rules! special {
+    ($($search:ident, $facts:expr => $color:ident $shadow:ident $geometry:ident;)*) => {
+        &[$(Special {
+            search: $search,
+            facts: $facts,
+            color: stringify!($color),
+            shadow: stringify!($shadow),
+            geometry: stringify!($geometry),
+        }),*]
+    };
+}
+
+/// As in `shader-crate`; those for more facts come first.
+static SPECIAL: &[Special] = special! {
+    SEARCH_EXTRUSION, PLANAR | UPRIGHT | CODES => color_planar color_planar_shadow geometry_planar;
+    SEARCH_EXTRUSION, PLANAR | CODES =>
+        color_planar_growing color_planar_growing_shadow geometry_planar_growing;
+    SEARCH_EXTRUSION, CURVED | UPRIGHT | CODES => color_curved color_curved_shadow geometry_curved;
+    SEARCH_EXTRUSION, CURVED | CODES =>
+        color_curved_growing color_curved_growing_shadow geometry_curved_growing;
+    SEARCH_EXTRUSION, 0 => color_extrusion color_extrusion_shadow geometry_extrusion;
+    SEARCH_RELIEF, PLANAR | CODES =>
+        color_relief_planar color_relief_planar_shadow geometry_relief_planar;
+    SEARCH_RELIEF, CURVED | CODES =>
+        color_relief_curved color_relief_curved_shadow geometry_relief_curved;
+    SEARCH_RELIEF, 0 => color_relief color_relief_shadow geometry_relief;
+    SEARCH_PAPER, 0 => color_paper color_paper_shadow geometry_paper;
+    SEARCH_PRISMS, UPRIGHT | CODES =>
+        color_prisms_upright color_prisms_upright_shadow geometry_prisms_upright;
+    SEARCH_PRISMS, CODES =>
+        color_prisms_growing color_prisms_growing_shadow geometry_prisms_growing;
+    SEARCH_PRISMS, 0 => color_prisms color_prisms_shadow geometry_prisms;
+};
+
 impl EntryPoints {
     /// Those for an object with these parameters.
     pub fn of(object: &Object, extent: Extent) -> EntryPoints {
-        let needs = match extent {
-            Extent::Needed => needs(object),
-            Extent::Everything => ANYTHING,
+        let facts = match extent {
+            Extent::Needed => facts(object),
+            Extent::Everything => 0,
         };
-        let [color, shadow, geometry] = match (object.search, needs) {
-            (SEARCH_PAPER, _) => ["color_paper", "color_paper_shadow", "geometry_paper"],
-            (SEARCH_RELIEF, _) => ["color_relief", "color_relief_shadow", "geometry_relief"],
-            (SEARCH_PRISMS, _) => ["color_prisms", "color_prisms_shadow", "geometry_prisms"],
-            (_, PLANAR) => ["color_planar", "color_planar_shadow", "geometry_planar"],
-            (_, GROWING) => [
-                "color_planar_growing",
-                "color_planar_growing_shadow",
-                "geometry_planar_growing",
-            ],
-            (_, CURVED) => ["color_curved", "color_curved_shadow", "geometry_curved"],
-            (_, CURVED_GROWING) => [
-                "color_curved_growing",
-                "color_curved_growing_shadow",
-                "geometry_curved_growing",
-            ],
-            _ => [
-                "color_extrusion",
-                "color_extrusion_shadow",
-                "geometry_extrusion",
-            ],
-        };
+        let special = SPECIAL
+            .iter()
+            .find(|special| special.search == object.search && special.facts & !facts == 0)
+            .expect("each search has shaders that need to know nothing");
         EntryPoints {
             vertex: if object.search == SEARCH_PRISMS {
                 "vertex_prisms"
@@ -237,18 +266,14 @@ impl EntryPoints {
                 "vertex"
             },
             color: if object.self_shadow == 0 {
-                color
+                special.color
             } else {
-                shadow
+                special.shadow
             },
-            geometry,
+            geometry: special.geometry,
         }
     }
 }
-
-/// Neither [`CURVED`] nor [`GROWING`].
-const PLANAR: u32 = 0;
-const CURVED_GROWING: u32 = CURVED | GROWING;
 
 #[cfg(test)]
 mod tests {
