@@ -163,7 +163,7 @@ fn geometry_words(hit: &Hit, normal: Vec3) -> (UVec4, UVec4) {
 /// An entry point that writes linear RGB as the bits of three f32, and the
 /// class in the fourth word.
 macro_rules! color_entry_point {
-    ($name:ident, $search:expr, $facts:expr, $shadow:expr) => {
+    ($name:ident, $search:expr, $shadow:expr $(, $facts:expr)?) => {
         #[doc = "Writes linear RGB as the bits of three f32, and the class."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
@@ -177,7 +177,7 @@ macro_rules! color_entry_point {
             color: &mut UVec4,
         ) {
             let texels = Buffer(words);
-            let object = &known::<{ $facts }>(object);
+            $(let object = &known::<{ $facts }>(object);)?
             let (direction, entry, hit) =
                 find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
             let rgb =
@@ -191,7 +191,7 @@ macro_rules! color_entry_point {
 /// An entry point that writes what the hit is: (t, u, v, δ) and (class and
 /// steps, N), as bits.
 macro_rules! geometry_entry_point {
-    ($name:ident, $search:expr, $facts:expr) => {
+    ($name:ident, $search:expr $(, $facts:expr)?) => {
         #[doc = "Writes (t, u, v, δ) and (class and steps, N), as bits."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
@@ -206,7 +206,7 @@ macro_rules! geometry_entry_point {
             surface: &mut UVec4,
         ) {
             let texels = Buffer(words);
-            let object = &known::<{ $facts }>(object);
+            $(let object = &known::<{ $facts }>(object);)?
             let (direction, entry, hit) =
                 find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
             let normal = fragment::normals(object, &texels, direction, &entry, &hit).carved;
@@ -218,7 +218,7 @@ macro_rules! geometry_entry_point {
 
 /// [`color_entry_point`] of the accurate tier.
 macro_rules! color_prisms_entry_point {
-    ($name:ident, $facts:expr, $shadow:expr) => {
+    ($name:ident, $shadow:expr) => {
         #[doc = "Writes linear RGB as the bits of three f32, and the class."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
@@ -231,7 +231,6 @@ macro_rules! color_prisms_entry_point {
             #[spirv(frag_depth)] depth: &mut f32,
             color: &mut UVec4,
         ) {
-            let object = &known::<{ $facts }>(object);
             let (shells, texels) = (Prisms(shells), Buffer(words));
             let (direction, found) = find_prism(coordinate, frame, object, &shells, &texels, index);
             let rgb = shell::color::<{ $shadow }, _, _>(
@@ -243,52 +242,38 @@ macro_rules! color_prisms_entry_point {
     };
 }
 
-/// [`geometry_entry_point`] of the accurate tier.
-macro_rules! geometry_prisms_entry_point {
-    ($name:ident, $facts:expr) => {
-        #[doc = "Writes (t, u, v, δ) and (class and steps, N), as bits."]
-        #[spirv(fragment(depth_replacing))]
-        pub fn $name(
-            #[spirv(frag_coord)] coordinate: Vec4,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] shells: &[Shell],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
-            #[spirv(flat)] index: u32,
-            #[spirv(frag_depth)] depth: &mut f32,
-            place: &mut UVec4,
-            surface: &mut UVec4,
-        ) {
-            let object = &known::<{ $facts }>(object);
-            let (shells, texels) = (Prisms(shells), Buffer(words));
-            let (_, found) = find_prism(coordinate, frame, object, &shells, &texels, index);
-            let normal = shell::normals(object, &shells, &texels, &found).carved;
-            (*place, *surface) = geometry_words(&found.hit, normal);
-            *depth = found.hit.depth;
-        }
-    };
+/// Writes (t, u, v, δ) and (class and steps, N), as bits.
+#[spirv(fragment(depth_replacing))]
+pub fn geometry_prisms(
+    #[spirv(frag_coord)] coordinate: Vec4,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] shells: &[Shell],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+    #[spirv(flat)] index: u32,
+    #[spirv(frag_depth)] depth: &mut f32,
+    place: &mut UVec4,
+    surface: &mut UVec4,
+) {
+    let (shells, texels) = (Prisms(shells), Buffer(words));
+    let (_, found) = find_prism(coordinate, frame, object, &shells, &texels, index);
+    let normal = shell::normals(object, &shells, &texels, &found).carved;
+    (*place, *surface) = geometry_words(&found.hit, normal);
+    *depth = found.hit.depth;
 }
 
-/// The entry points of a search for objects of which these facts are true.
+/// The entry points of a search for objects of which these facts are true, if
+/// any are wanted: an object that is known is held whole, in registers.
 macro_rules! entry_points {
-    ($color:ident $shadow:ident $geometry:ident, $search:expr, $facts:expr) => {
-        color_entry_point!($color, $search, $facts, false);
-        color_entry_point!($shadow, $search, $facts, true);
-        geometry_entry_point!($geometry, $search, $facts);
-    };
-}
-
-/// [`entry_points`] of the accurate tier.
-macro_rules! prisms_entry_points {
-    ($color:ident $shadow:ident $geometry:ident, $facts:expr) => {
-        color_prisms_entry_point!($color, $facts, false);
-        color_prisms_entry_point!($shadow, $facts, true);
-        geometry_prisms_entry_point!($geometry, $facts);
+    ($color:ident $shadow:ident $geometry:ident, $search:expr $(, $facts:expr)?) => {
+        color_entry_point!($color, $search, false $(, $facts)?);
+        color_entry_point!($shadow, $search, true $(, $facts)?);
+        geometry_entry_point!($geometry, $search $(, $facts)?);
     };
 }
 
 // The host knows the facts of each by its name.
-entry_points!(color_extrusion color_extrusion_shadow geometry_extrusion, SEARCH_EXTRUSION, 0);
+entry_points!(color_extrusion color_extrusion_shadow geometry_extrusion, SEARCH_EXTRUSION);
 entry_points!(color_planar color_planar_shadow geometry_planar,
     SEARCH_EXTRUSION, PLANAR | UPRIGHT | CODES);
 entry_points!(color_planar_growing color_planar_growing_shadow geometry_planar_growing,
@@ -297,14 +282,7 @@ entry_points!(color_curved color_curved_shadow geometry_curved,
     SEARCH_EXTRUSION, CURVED | UPRIGHT | CODES);
 entry_points!(color_curved_growing color_curved_growing_shadow geometry_curved_growing,
     SEARCH_EXTRUSION, CURVED | CODES);
-entry_points!(color_relief color_relief_shadow geometry_relief, SEARCH_RELIEF, 0);
-entry_points!(color_relief_planar color_relief_planar_shadow geometry_relief_planar,
-    SEARCH_RELIEF, PLANAR | CODES);
-entry_points!(color_relief_curved color_relief_curved_shadow geometry_relief_curved,
-    SEARCH_RELIEF, CURVED | CODES);
-entry_points!(color_paper color_paper_shadow geometry_paper, SEARCH_PAPER, 0);
-prisms_entry_points!(color_prisms color_prisms_shadow geometry_prisms, 0);
-prisms_entry_points!(color_prisms_upright color_prisms_upright_shadow geometry_prisms_upright,
-    UPRIGHT | CODES);
-prisms_entry_points!(color_prisms_growing color_prisms_growing_shadow geometry_prisms_growing,
-    CODES);
+entry_points!(color_relief color_relief_shadow geometry_relief, SEARCH_RELIEF);
+entry_points!(color_paper color_paper_shadow geometry_paper, SEARCH_PAPER);
+color_prisms_entry_point!(color_prisms, false);
+color_prisms_entry_point!(color_prisms_shadow, true);

@@ -17,7 +17,7 @@ use relievo_shader_manifest::{
     MANIFEST_FILE, Manifest, Module, SHADER_FOLDER, Toolchain, digest, source_digests,
 };
 use spirv_builder::{SpirvBuilder, SpirvMetadata};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -84,6 +84,7 @@ fn main() -> Result<()> {
             std::fs::create_dir_all(path.parent().context("a file has a folder")?)?;
             write_whole(&path, bytes)?;
         }
+        remove_others(&folder, &files)?;
         let bytes: usize = files.values().map(Vec::len).sum();
         println!("{SHADER_FOLDER}: {} files, {bytes} bytes", files.len());
     }
@@ -199,6 +200,26 @@ fn run_rust_gpu(
         modules.insert(entry_point.clone(), words);
     }
     Ok(modules)
+}
+
+/// Removes the modules of entry points that are no more.
+fn remove_others(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<()> {
+    let made: BTreeSet<PathBuf> = files.keys().map(|name| folder.join(name)).collect();
+    let folders: BTreeSet<&Path> = made.iter().filter_map(|path| path.parent()).collect();
+    for entry in folders
+        .into_iter()
+        .filter(|made| *made != folder)
+        .map(std::fs::read_dir)
+        .collect::<Result<Vec<_>, _>>()?
+        .into_iter()
+        .flatten()
+    {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == "spv") && !made.contains(&path) {
+            std::fs::remove_file(&path)?;
+        }
+    }
+    Ok(())
 }
 
 fn rustc_version() -> Result<String> {
