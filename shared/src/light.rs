@@ -11,7 +11,7 @@ use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
 pub fn albedo(object: &Object, class: u32) -> Vec3 {
     if class == CLASS_CAP {
         vec3(object.cap_color)
-    } else if class == CLASS_BEVEL {
+    } else if class == CLASS_BEVEL && object.bevel != 0.0 {
         vec3(object.bevel_color)
     } else if class == CLASS_FLOOR {
         vec3(object.floor_color)
@@ -66,6 +66,7 @@ mod tests {
             wall_color: [0.4, 0.5, 0.6],
             bevel_color: [0.7, 0.8, 0.9],
             floor_color: [1.0, 0.9, 0.8],
+            bevel: 0.1,
             specular: 0.5,
             shininess: 127,
             ..Object::default()

@@ -286,11 +286,7 @@ impl QuadraticPath {
 impl Path for QuadraticPath {
     #[inline]
     fn uv(&self, s: Real) -> Vec2 {
-        if self.is_bent {
-            self.entry_uv + (self.velocity + self.uv_bend * s) * s
-        } else {
-            self.entry_uv + self.velocity * s
-        }
+        self.entry_uv + (self.velocity + self.uv_bend * s) * s
     }
 
     #[inline]
