@@ -19,7 +19,7 @@ use relievo::oracle::wide::{wide_frame, wide_object, wide_shell};
 use relievo::oracle::{AnalyticOracle, MeshOracle, Oracle, Sample, Truth};
 use relievo::prepare::{PreparedObject, PreparedScene, prepare, unlit_frame};
 use relievo::render::{CpuRenderer, GeometryWords, Renderer};
-use relievo::scene::Scene;
+use relievo::scene::{Scene, Tier};
 use relievo_shared::layout::{Frame, NO_NEIGHBOUR};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 use relievo_shared_f64 as double;
@@ -629,6 +629,65 @@ fn random_views_have_no_holes() {
 }
 
 /// What the judge must find fault with: prisms that do not know their neighbours.
+/// How much an ideal choice between the fast and the accurate tier could leave
+/// to the fast one: pixels, and blocks of the size of a triangle.
+#[test]
+fn most_pixels_but_not_most_triangles_need_no_prisms() {
+    const SIZE: [usize; 2] = [800, 600];
+    const BLOCK: usize = 8;
+    let pictures = [Tier::Fast, Tier::Accurate].map(|tier| {
+        let object = object("../meshes/torus", "../patterns/discs", [24.0, 10.0], "");
+        let text = format!("[camera]\neye = [0.0, 2.3, 3.4]\nfov = 38.0\n{object}");
+        let mut scene = Scene::parse(&text, &asset("scenes/test.toml")).unwrap();
+        scene.size = SIZE.map(|side| side as u32);
+        scene.objects[0].tier = tier;
+        let scene = prepare(&scene, &|_| ()).unwrap();
+        let geometry = CpuRenderer::new(&scene).geometry(&scene.frame).unwrap();
+        let pixel = DVec3::from(scene.frame.ray_right.map(f64::from)).length();
+        (geometry, pixel)
+    });
+    let [(fast, _), (accurate, pixel)] = &pictures;
+    // By how much a pixel is wrong, pixels along the ray.
+    let error = |i: usize| {
+        let [wrong, right] = [fast, accurate].map(|picture| {
+            let t = f64::from(f32::from_bits(picture.place[i][0]));
+            (picture.surface[i][0] & 0xff, t)
+        });
+        if wrong.0 != right.0 {
+            f64::INFINITY
+        } else if right.0 == CLASS_MISS {
+            0.0
+        } else {
+            (wrong.1 - right.1).abs() / (right.1 * pixel)
+        }
+    };
+    let is_hit = |i: usize| accurate.surface[i][0] & 0xff != CLASS_MISS;
+    let [width, height] = SIZE;
+    for tolerance in [0.1, 0.25, 0.5, 1.0, 2.0] {
+        let (mut hits, mut right) = (0, 0);
+        for i in (0..width * height).filter(|&i| is_hit(i)) {
+            hits += 1;
+            right += u32::from(error(i) <= tolerance);
+        }
+        let (mut blocks, mut right_blocks) = (0, 0);
+        for corner in (0..height / BLOCK).flat_map(|y| (0..width / BLOCK).map(move |x| [x, y])) {
+            let [x, y] = corner.map(|at| BLOCK * at);
+            let pixels = || (0..BLOCK * BLOCK).map(|i| (y + i / BLOCK) * width + x + i % BLOCK);
+            if pixels().any(is_hit) {
+                blocks += 1;
+                right_blocks += u32::from(pixels().all(|i| error(i) <= tolerance));
+            }
+        }
+        let share = f64::from(right) / f64::from(hits);
+        let share_of_blocks = f64::from(right_blocks) / f64::from(blocks);
+        println!(
+            "within {tolerance} pixels: {share:.3} of the pixels, {share_of_blocks:.3} of the blocks"
+        );
+        assert!(share_of_blocks < share && share < 1.0);
+        assert!(tolerance < 1.0 || (share > 0.9 && share_of_blocks < 0.7));
+    }
+}
+
 #[test]
 fn a_torn_shell_has_holes() {
     let mut scene = asset_scene("torus", "discs", [24.0, 10.0], "");
