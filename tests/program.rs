@@ -756,6 +756,28 @@ fn info_shows_what_a_scene_loads() {
 }
 
 #[test]
+fn explain_says_what_is_in_and_what_is_out() {
+    let desk = Desk::new();
+    let outcome = Outcome::of(
+        desk.command()
+            .arg("explain")
+            .arg(asset("scenes/torus_planar.toml")),
+    )
+    .done();
+    let text = &outcome.stdout;
+    for part in [
+        "out rays bent along quadrics: tier = \"planar\"",
+        "in  floor",
+        "exact shader color_planar: ",
+        "with everything, color_extrusion: ",
+        "prisms: 0 (681408)",
+        "together: ",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+#[test]
 fn info_tells_what_was_done_to_a_mesh() {
     let desk = Desk::new();
     // No texture coordinates, no normals, one triangle without area.

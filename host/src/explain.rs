@@ -2,7 +2,7 @@
 
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::RenderError;
-use crate::render::gpu::{EntryPoints, Extent, Memory, Pictures, Shaders};
+use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, Shaders};
 use relievo_shared::layout::{
     FORMAT_CODES, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,
 };
@@ -61,39 +61,31 @@ pub struct Explanation {
 /// # Errors
 /// [`RenderError::Device`] where a module built in is none.
 pub fn explain(scene: &PreparedScene) -> Result<Explanation, RenderError> {
-    let objects = scene
-        .objects
-        .iter()
-        .enumerate()
-        .map(|(index, object)| {
-            Ok(ObjectPlan {
+    let modules = [Shaders::Exact.module()?, Shaders::Fast.module()?];
+    let objects = scene.objects.iter().enumerate();
+    Ok(Explanation {
+        objects: objects
+            .map(|(index, object)| ObjectPlan {
                 name: object.name.clone(),
                 features: features(object, &scene.objects[..index]),
-                shaders: [
-                    shader_cost(object, Shaders::Exact)?,
-                    shader_cost(object, Shaders::Fast)?,
-                ],
+                shaders: modules.each_ref().map(|module| shader_cost(object, module)),
             })
-        })
-        .collect::<Result<_, RenderError>>()?;
-    Ok(Explanation {
-        objects,
+            .collect(),
         memory: Memory::of(scene, Extent::Needed, Pictures::Color),
         general_memory: Memory::of(scene, Extent::Everything, Pictures::ColorAndGeometry),
     })
 }
 
-fn shader_cost(object: &PreparedObject, shaders: Shaders) -> Result<ShaderCost, RenderError> {
-    let module = shaders.module()?;
+fn shader_cost(object: &PreparedObject, module: &Module) -> ShaderCost {
     let entry_point = EntryPoints::of(&object.parameters, Extent::Needed).color;
     let general = EntryPoints::of(&object.parameters, Extent::Everything).color;
     let count = |name| module.instructions(name).unwrap_or_default();
-    Ok(ShaderCost {
+    ShaderCost {
         entry_point,
         instructions: count(entry_point),
         general,
         general_instructions: count(general),
-    })
+    }
 }
 
 /// Every feature, for `object`, before which come `earlier` ones.
