@@ -206,17 +206,13 @@ fn run_rust_gpu(
 fn remove_others(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<()> {
     let made: BTreeSet<PathBuf> = files.keys().map(|name| folder.join(name)).collect();
     let folders: BTreeSet<&Path> = made.iter().filter_map(|path| path.parent()).collect();
-    for entry in folders
-        .into_iter()
-        .filter(|made| *made != folder)
-        .map(std::fs::read_dir)
-        .collect::<Result<Vec<_>, _>>()?
-        .into_iter()
-        .flatten()
-    {
-        let path = entry?.path();
-        if path.extension().is_some_and(|extension| extension == "spv") && !made.contains(&path) {
-            std::fs::remove_file(&path)?;
+    for folder in folders {
+        for entry in std::fs::read_dir(folder)? {
+            let path = entry?.path();
+            let is_module = path.extension().is_some_and(|extension| extension == "spv");
+            if is_module && !made.contains(&path) {
+                std::fs::remove_file(&path)?;
+            }
         }
     }
     Ok(())
