@@ -2,28 +2,19 @@
 //! for a shader to reach the driver. No adapter is a failure: see `tests/run`.
 
 use relievo::prepare::prepare;
-use relievo::render::gpu::{Adapter, Choice, Shaders, adapters};
+use relievo::render::gpu::{Adapter, Choice, Shaders};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo::verify::{Agreement, compare};
 use relievo_shared::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE};
 use relievo_shared::{Vec2, Vec3, kernels};
-use relievo_tests::scenes;
+use relievo_tests::{every_adapter, scenes};
 use std::path::Path;
 
 /// Asked of the fast and the portable shaders; of the exact ones, every word.
 const LARGEST_SHARE: f64 = 0.05;
 const LARGEST_COLOR_DIFFERENCE: f32 = 1e-3;
 const LARGEST_DISTANCE_DIFFERENCE: f32 = 1e-4;
-
-fn every_adapter() -> Vec<Adapter> {
-    let all = adapters();
-    assert!(
-        !all.is_empty(),
-        "no GPU adapter: install a Vulkan driver (tests/run does it where it may)"
-    );
-    all
-}
 
 fn agreement(path: &Path, found: &Adapter, shaders: Shaders) -> Agreement {
     let mut scene = Scene::load(path).unwrap();

@@ -1,5 +1,6 @@
 //! Helpers of the cross-crate tests.
 
+use relievo::render::gpu::{Adapter, adapters};
 use std::path::{Path, PathBuf};
 
 /// The repository's root.
@@ -31,4 +32,17 @@ pub fn scenes() -> Vec<PathBuf> {
     scenes.sort();
     assert!(!scenes.is_empty());
     scenes
+}
+
+/// Every GPU adapter of this machine.
+///
+/// # Panics
+/// If there are none.
+pub fn every_adapter() -> Vec<Adapter> {
+    let all = adapters();
+    assert!(
+        !all.is_empty(),
+        "no GPU adapter: install a Vulkan driver (tests/run does it where it may)"
+    );
+    all
 }

@@ -2,13 +2,11 @@
 
 use relievo::explain::explain;
 use relievo::prepare::{PreparedScene, prepare};
-use relievo::render::gpu::{
-    Adapter, Choice, EntryPoints, Extent, Memory, Pictures, Shaders, adapters,
-};
+use relievo::render::gpu::{Choice, EntryPoints, Extent, Memory, Pictures, Shaders};
 use relievo::render::{GpuRenderer, Renderer};
 use relievo::scene::{Scene, Tier};
 use relievo::verify::matrix::for_each_variant;
-use relievo_tests::asset;
+use relievo_tests::{asset, every_adapter};
 
 fn prepared(scene: &str, change: impl FnOnce(&mut Scene)) -> PreparedScene {
     let mut scene = Scene::load(&asset("scenes").join(scene)).unwrap();
@@ -17,19 +15,10 @@ fn prepared(scene: &str, change: impl FnOnce(&mut Scene)) -> PreparedScene {
     prepare(&scene, &|_| ()).unwrap()
 }
 
-fn an_adapter() -> Adapter {
-    let mut all = adapters();
-    assert!(
-        !all.is_empty(),
-        "no GPU adapter: install a Vulkan driver (tests/run does it where it may)"
-    );
-    all.swap_remove(0)
-}
-
 /// Every tier with every technique: words of colours and geometry.
 #[test]
 fn gpu_shaders_for_what_is_needed_draw_what_the_general_ones_draw() {
-    let found = an_adapter();
+    let found = every_adapter().swap_remove(0);
     let mut scene = prepared("together.toml", |_| ());
     let mut special = 0;
     for_each_variant(&mut scene, |scene, name| {
@@ -78,7 +67,7 @@ fn a_planar_basic_shader_holds_half_the_instructions() {
 /// What is foreseen is what is made.
 #[test]
 fn gpu_memory_is_as_foreseen() {
-    let found = an_adapter();
+    let found = every_adapter().swap_remove(0);
     for file in ["torus.toml", "torus_accurate.toml", "together.toml"] {
         let scene = prepared(file, |_| ());
         let mut gpu = GpuRenderer::new(&scene, &found, Choice::Trusted).unwrap();

@@ -87,7 +87,7 @@ impl Module {
         while let Some(word) = words.get(at) {
             in_function |= word & 0xffff == OP_FUNCTION;
             count += usize::from(in_function);
-            // No length is 0: it was checked.
+            // Lengths were checked as far as the functions; 0 would not end.
             at += ((word >> 16) as usize).max(1);
         }
         Some(count)

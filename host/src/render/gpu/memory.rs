@@ -1,15 +1,15 @@
 //! What a scene takes of a device's memory, before there is a device.
 
-use super::{Extent, surface_bytes};
+use super::Extent;
 use crate::prepare::PreparedScene;
 use relievo_shared::layout::{Frame, Object, Shell};
 use std::collections::BTreeSet;
 use std::mem::{size_of, size_of_val};
 
 /// Bytes of a pixel of a picture of words.
-const WORDS: u64 = size_of::<[u32; 4]>() as u64;
+pub(super) const WORDS: u64 = size_of::<[u32; 4]>() as u64;
 /// Bytes of its depth.
-const DEPTH: u64 = size_of::<f32>() as u64;
+pub(super) const DEPTH: u64 = size_of::<f32>() as u64;
 
 /// Which pictures are drawn and read back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,15 +46,12 @@ impl Memory {
         };
         let mut maps = BTreeSet::new();
         for object in &scene.objects {
-            let triangles = size_of_val(object.triangles.as_slice()) as u64;
-            let needed = surface_bytes(object).len() as u64;
-            if extent == Extent::Everything {
-                memory.triangles += triangles;
+            let has_everything = extent == Extent::Everything;
+            if has_everything || !object.has_prisms() {
+                memory.triangles += size_of_val(object.triangles.as_slice()) as u64;
+            }
+            if has_everything || object.has_prisms() {
                 memory.prisms += (object.triangles.len() * size_of::<Shell>()) as u64;
-            } else if object.has_prisms() {
-                memory.prisms += needed;
-            } else {
-                memory.triangles += needed;
             }
             let words = object.map.words();
             if maps.insert(words.as_ptr()) {
@@ -74,10 +71,15 @@ impl Memory {
 /// What the pictures of `scene` take.
 fn picture_bytes(scene: &PreparedScene, pictures: Pictures) -> u64 {
     let [width, height] = scene.size.map(|side| u64::from(side * scene.supersampling));
-    let stride = (width * WORDS).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT));
     let count = match pictures {
         Pictures::Color => 1,
         Pictures::ColorAndGeometry => 2,
     };
-    height * (width * DEPTH + count * (width * WORDS + stride))
+    height * (width * DEPTH + count * (width * WORDS + row_stride(width)))
+}
+
+/// Bytes of a row of `width` pixels of words where it is read back, as the API
+/// wants it aligned.
+pub(super) fn row_stride(width: u64) -> u64 {
+    (width * WORDS).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
 }

@@ -455,9 +455,8 @@ impl Targets {
         if side > largest_side {
             return Err(too_large("its longer side (pixels)", side, largest_side));
         }
-        let row_bytes = width * size_of::<[u32; 4]>() as u32;
-        let stride = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let bytes = u64::from(stride) * u64::from(height);
+        let stride = memory::row_stride(u64::from(width));
+        let bytes = stride * u64::from(height);
         if bytes > limits.max_buffer_size {
             return Err(too_large(
                 "its buffer (bytes)",
@@ -474,7 +473,7 @@ impl Targets {
         Ok(Targets {
             width,
             height,
-            stride,
+            stride: stride as u32,
             colors: Vec::new(),
             depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
         })
@@ -519,8 +518,7 @@ impl Targets {
             .filter_map(|target| target.read_back.as_ref())
             .map(wgpu::Buffer::size)
             .sum();
-        let drawn = self.colors.len() as u64 * size_of::<[u32; 4]>() as u64;
-        pixels * (drawn + size_of::<f32>() as u64) + read
+        pixels * (self.colors.len() as u64 * memory::WORDS + memory::DEPTH) + read
     }
 }
 

@@ -27,17 +27,34 @@ macro_rules! files {
     };
 }
 
+/// Calls the macro `$with`, after `$before`, with the fragment shaders of each
+/// search, and what must be true of an object that they draw
+/// (`relievo_shared::facts`): as in `shader-crate`, those for more facts first.
+/// Prisms and relief mapping were not faster for any fact.
+macro_rules! for_each_special {
+    ($with:ident $($before:tt)*) => {
+        $with! { $($before)*
+            SEARCH_EXTRUSION, PLANAR | UPRIGHT | CODES =>
+                color_planar color_planar_shadow geometry_planar;
+            SEARCH_EXTRUSION, PLANAR | CODES =>
+                color_planar_growing color_planar_growing_shadow geometry_planar_growing;
+            SEARCH_EXTRUSION, CURVED | UPRIGHT | CODES =>
+                color_curved color_curved_shadow geometry_curved;
+            SEARCH_EXTRUSION, CURVED | CODES =>
+                color_curved_growing color_curved_growing_shadow geometry_curved_growing;
+            SEARCH_EXTRUSION, 0 => color_extrusion color_extrusion_shadow geometry_extrusion;
+            SEARCH_RELIEF, 0 => color_relief color_relief_shadow geometry_relief;
+            SEARCH_PAPER, 0 => color_paper color_paper_shadow geometry_paper;
+            SEARCH_PRISMS, 0 => color_prisms color_prisms_shadow geometry_prisms;
+        }
+    };
+}
+
+/// The files of the renderer in a folder.
 macro_rules! renderer {
-    ($folder:literal) => {
-        files!($folder: vertex vertex_prisms
-            color_extrusion color_extrusion_shadow geometry_extrusion
-            color_planar color_planar_shadow geometry_planar
-            color_planar_growing color_planar_growing_shadow geometry_planar_growing
-            color_curved color_curved_shadow geometry_curved
-            color_curved_growing color_curved_growing_shadow geometry_curved_growing
-            color_relief color_relief_shadow geometry_relief
-            color_paper color_paper_shadow geometry_paper
-            color_prisms color_prisms_shadow geometry_prisms)
+    ($folder:literal:
+        $($search:ident, $facts:expr => $color:ident $shadow:ident $geometry:ident;)*) => {
+        files!($folder: vertex vertex_prisms $($color $shadow $geometry)*)
     };
 }
 
@@ -52,8 +69,8 @@ macro_rules! kernel_files {
 }
 
 type Files = &'static [&'static [u8]];
-static EXACT: Files = renderer!("relievo_exact");
-static FAST: Files = renderer!("relievo_fast");
+static EXACT: Files = for_each_special!(renderer "relievo_exact":);
+static FAST: Files = for_each_special!(renderer "relievo_fast":);
 static KERNELS: (Files, Files) = for_each_kernel!(kernel_files);
 static CANARY_KERNELS: (Files, Files) = for_each_canary!(kernel_files);
 
@@ -178,10 +195,9 @@ pub fn signature(device: &Device) -> Result<Signature, RenderError> {
 }
 
 /// How much an object's shaders hold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
     /// What the object needs, as far as there are such shaders.
-    #[default]
     Needed,
     /// Everything that any object with the same search may need. The words are
     /// the same.
@@ -222,20 +238,7 @@ macro_rules! special {
     };
 }
 
-/// As in `shader-crate`; those for more facts come first. Prisms and relief
-/// mapping were not faster for any fact.
-static SPECIAL: &[Special] = special! {
-    SEARCH_EXTRUSION, PLANAR | UPRIGHT | CODES => color_planar color_planar_shadow geometry_planar;
-    SEARCH_EXTRUSION, PLANAR | CODES =>
-        color_planar_growing color_planar_growing_shadow geometry_planar_growing;
-    SEARCH_EXTRUSION, CURVED | UPRIGHT | CODES => color_curved color_curved_shadow geometry_curved;
-    SEARCH_EXTRUSION, CURVED | CODES =>
-        color_curved_growing color_curved_growing_shadow geometry_curved_growing;
-    SEARCH_EXTRUSION, 0 => color_extrusion color_extrusion_shadow geometry_extrusion;
-    SEARCH_RELIEF, 0 => color_relief color_relief_shadow geometry_relief;
-    SEARCH_PAPER, 0 => color_paper color_paper_shadow geometry_paper;
-    SEARCH_PRISMS, 0 => color_prisms color_prisms_shadow geometry_prisms;
-};
+static SPECIAL: &[Special] = for_each_special!(special);
 
 impl EntryPoints {
     /// Those for an object with these parameters.
