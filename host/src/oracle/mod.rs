@@ -5,6 +5,7 @@
 //! the pattern's edge: the zero set of the bilinear interpolation of the shape map.
 
 mod analytic;
+mod displacement;
 mod ellipsoid;
 mod flat;
 mod known;
@@ -18,6 +19,7 @@ mod torus;
 pub mod wide;
 
 pub use analytic::{AnalyticOracle, Placement};
+pub use displacement::{Displacements, RADII, SHARE};
 pub use ellipsoid::Ellipsoid;
 pub use flat::{Cylinder, Plane};
 pub use known::{KNOWN, UnknownShape};

@@ -1,10 +1,11 @@
 //! The scene file: its keys, its defaults and its checks.
 
 use super::{
-    Camera, Color, Extrusion, LARGEST_PICTURE_SIDE, LARGEST_STEPS, Light, Material, Scene,
-    SceneError, SceneObject, Search, Tier,
+    Camera, Color, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_STEPS, LEAST_BUDGET,
+    Light, MapOptions, Material, Scene, SceneError, SceneObject, Search, Tier,
 };
 use crate::mesh::Projection;
+use crate::shape_map::Storage;
 use serde::Deserialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -75,6 +76,9 @@ struct ObjectTable {
     chamfer: Option<Spanned<f64>>,
     tier: Option<Spanned<Tier>>,
     tolerance: Option<Spanned<f64>>,
+    error_px: Option<Spanned<f64>>,
+    map_bits: Option<Spanned<i64>>,
+    map_reduction: Option<Spanned<i64>>,
     steps: Option<Spanned<i64>>,
     bisections: Option<Spanned<i64>>,
     #[serde(default)]
@@ -328,6 +332,7 @@ fn object(
             return Err(check.wrong(given, &key("clamp_depth"), elsewhere.to_string()));
         }
     }
+    let budget = budget(check, table, technique, &key)?;
     // The paper's own numbers for what is the paper's.
     let (steps, bisections) = if tier == Tier::Paper || technique == Technique::Relief {
         (25, 5)
@@ -347,6 +352,8 @@ fn object(
         }),
         mesh,
         shape: folder.join(table.shape.get_ref()),
+        map: map_options(check, table, &key)?,
+        budget,
         repeat,
         depth,
         clamp_depth: table
@@ -378,6 +385,69 @@ fn object(
 /// The tier, if one is given.
 fn tier_of(table: &ObjectTable) -> Option<Tier> {
     table.tier.as_ref().map(|tier| *tier.get_ref())
+}
+
+/// The error that may be made, if one is given in place of what it decides.
+fn budget(
+    check: &Checker<'_>,
+    table: &ObjectTable,
+    technique: Technique,
+    key: &dyn Fn(&str) -> String,
+) -> Result<Option<f64>, SceneError> {
+    let Some(given) = &table.error_px else {
+        return Ok(None);
+    };
+    let name = key("error_px");
+    if technique == Technique::Relief {
+        let problem = "cannot be kept by relief mapping; use another technique";
+        return Err(check.wrong(given, &name, problem.to_string()));
+    }
+    let decided = [
+        ("tier", table.tier.is_some()),
+        ("tolerance", table.tolerance.is_some()),
+        ("clamp_depth", table.clamp_depth.is_some()),
+        ("steps", table.steps.is_some()),
+        ("bisections", table.bisections.is_some()),
+        ("map_bits", table.map_bits.is_some()),
+        ("map_reduction", table.map_reduction.is_some()),
+    ];
+    if let Some((other, _)) = decided.iter().find(|(_, is_given)| *is_given) {
+        return Err(check.wrong(
+            given,
+            &name,
+            format!("decides {other}, which is given too; leave one of them out"),
+        ));
+    }
+    let pixels = check.within(&table.error_px, &name, 0.0, LEAST_BUDGET, LARGEST_BUDGET)?;
+    Ok(Some(pixels))
+}
+
+/// How the pattern is stored.
+fn map_options(
+    check: &Checker<'_>,
+    table: &ObjectTable,
+    key: &dyn Fn(&str) -> String,
+) -> Result<MapOptions, SceneError> {
+    let mut options = MapOptions::default();
+    if let Some(bits) = &table.map_bits {
+        options.storage = match bits.get_ref() {
+            8 => Storage::R8,
+            16 => Storage::R16,
+            32 => Storage::R32F,
+            other => {
+                let problem = format!("is {other}; it is 8, 16 or 32");
+                return Err(check.wrong(bits, &key("map_bits"), problem));
+            }
+        };
+    }
+    if let Some(reduction) = &table.map_reduction {
+        options.reduction = check.whole(&table.map_reduction, &key("map_reduction"), 1, 1, 4096)?;
+        if !options.reduction.is_power_of_two() {
+            let problem = format!("is {}; it is a power of two", options.reduction);
+            return Err(check.wrong(reduction, &key("map_reduction"), problem));
+        }
+    }
+    Ok(options)
 }
 
 /// The technique as given, or as the parameters say.
@@ -653,6 +723,15 @@ mod tests {
                 "tolerance",
             ),
             (object("steps = 0"), "line 4", "steps"),
+            (object("error_px = 0"), "line 4", "error_px"),
+            (object("tier = \"fast\"\nerror_px = 1"), "line 5", "tier"),
+            (
+                object("technique = \"relief\"\nerror_px = 1"),
+                "line 5",
+                "relief",
+            ),
+            (object("map_bits = 12"), "line 4", "8, 16 or 32"),
+            (object("map_reduction = 3"), "line 4", "power of two"),
             (object("steps = -99999999999"), "line 4", "steps"),
             (object("tier = \"best\""), "line 4", "fast"),
             (

@@ -9,6 +9,7 @@ mod file;
 pub use color::Color;
 
 use crate::mesh::Projection;
+use crate::shape_map::Storage;
 use std::path::{Path, PathBuf};
 
 /// Largest width or height of a picture, pixels: coordinates stay exact and
@@ -16,6 +17,11 @@ use std::path::{Path, PathBuf};
 pub const LARGEST_PICTURE_SIDE: u32 = 16_384;
 /// Largest number of steps of the linear search.
 pub const LARGEST_STEPS: u32 = 65_536;
+
+/// Least error that may be asked for, pixels.
+pub const LEAST_BUDGET: f64 = 0.01;
+/// Largest error that may be asked for, pixels.
+pub const LARGEST_BUDGET: f64 = 100.0;
 
 /// What is wrong with a scene file.
 #[derive(Debug, thiserror::Error)]
@@ -166,6 +172,25 @@ pub enum Search {
     Relief,
 }
 
+/// How a plain pattern becomes a shape map.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct MapOptions {
+    /// The form of its texels.
+    pub storage: Storage,
+    /// So many texels along each side become one; a power of two.
+    pub reduction: u32,
+}
+
+impl Default for MapOptions {
+    /// 16 bits a texel, as many texels as the pattern has pixels.
+    fn default() -> MapOptions {
+        MapOptions {
+            storage: Storage::R16,
+            reduction: 1,
+        }
+    }
+}
+
 /// Colours and gloss of an object.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Material {
@@ -192,6 +217,9 @@ pub struct SceneObject {
     pub mesh: PathBuf,
     /// The pattern, an image, or a baked shape map.
     pub shape: PathBuf,
+    /// How the pattern is stored; the default for a baked shape map, which is
+    /// taken as it is.
+    pub map: MapOptions,
     /// Repeats of the pattern along u and v.
     pub repeat: [f64; 2],
     /// S_z, world units; `None` is 4 % of the mesh's diagonal.
@@ -203,6 +231,9 @@ pub struct SceneObject {
     pub extrusion: Extrusion,
     /// How hits are searched for.
     pub search: Search,
+    /// How wrong the picture may be, pixels: the planner chooses tier,
+    /// tolerance, steps and map. `None` takes them as they stand here.
+    pub budget: Option<f64>,
     /// The model of the surface.
     pub tier: Tier,
     /// How far beside its place a ray may be searched in the accurate tier, pixels.

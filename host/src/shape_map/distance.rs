@@ -45,6 +45,40 @@ impl DistanceField {
         &self.values
     }
 
+    /// The field on a coarser grid: each square of `factor` × `factor` texels
+    /// becomes one, with their mean, in the larger texels' units; `None` unless
+    /// `factor` divides both sides.
+    ///
+    /// The means of values that differ by no more than their texels' distance
+    /// differ by no more than theirs, so that steps remain safe. The pattern's
+    /// edge keeps its place to a fraction of a texel; what is thinner than a
+    /// texel is lost.
+    pub fn reduced(&self, factor: u32) -> Option<DistanceField> {
+        if factor == 0 || !self.width.is_multiple_of(factor) || !self.height.is_multiple_of(factor)
+        {
+            return None;
+        }
+        let (width, height) = (self.width / factor, self.height / factor);
+        let scale = 1.0 / f64::from(factor).powi(3);
+        let values = (0..height)
+            .into_par_iter()
+            .flat_map_iter(|y| {
+                (0..width).map(move |x| {
+                    let block = (0..factor * factor).map(|i| {
+                        let (x, y) = (x * factor + i % factor, y * factor + i / factor);
+                        f64::from(self.get(x, y))
+                    });
+                    (block.sum::<f64>() * scale) as f32
+                })
+            })
+            .collect();
+        Some(DistanceField {
+            width,
+            height,
+            values,
+        })
+    }
+
     /// One value, in texels; coordinates beyond the map wrap around.
     pub fn get(&self, x: u32, y: u32) -> f32 {
         let (x, y) = ((x % self.width) as usize, (y % self.height) as usize);
@@ -370,6 +404,45 @@ pub(super) mod tests {
                 Pattern::from_fn(width, height, |x, y| solid[(y * width + x) as usize]).unwrap()
             })
         })
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(200))]
+
+        /// What safe steps rely on, at every distance on the torus; and the mean
+        /// of the field stays.
+        #[test]
+        fn reduced_fields_change_no_faster(pattern in patterns(6, 5), factor in 1u32..4) {
+            let tiled = Pattern::from_fn(
+                pattern.width() * factor,
+                pattern.height() * factor,
+                |x, y| pattern.is_solid(x % pattern.width(), y % pattern.height()),
+            ).unwrap();
+            let fine = field(&tiled);
+            let coarse = fine.reduced(factor).unwrap();
+            let (width, height) = (coarse.width(), coarse.height());
+            prop_assert_eq!((width, height), (pattern.width(), pattern.height()));
+            let around = |a: u32, b: u32, size: u32| {
+                f64::from(a.abs_diff(b).min(size - a.abs_diff(b)))
+            };
+            let places = || (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+            for (x, y) in places() {
+                for (u, v) in places() {
+                    let change = f64::from((coarse.get(x, y) - coarse.get(u, v)).abs());
+                    let distance = around(x, u, width).hypot(around(y, v, height));
+                    // Centres of the two classes are measured to, not the edge.
+                    prop_assert!(change <= distance + 1e-5, "{change} {distance}");
+                }
+            }
+            let mean = |field: &DistanceField| {
+                let values = field.values();
+                values.iter().map(|&x| f64::from(x)).sum::<f64>() / values.len() as f64
+            };
+            let expected = mean(&fine) / f64::from(factor);
+            prop_assert!((mean(&coarse) - expected).abs() < 1e-5 * (1.0 + expected.abs()));
+            prop_assert_eq!(fine.reduced(0), None);
+            prop_assert_eq!(fine.reduced(fine.width() + fine.height()), None);
+        }
     }
 
     proptest! {

@@ -8,7 +8,7 @@ use std::fmt;
 use std::path::Path;
 
 /// How a texel of a shape map is stored.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Storage {
     /// 8-bit signed fixed-point codes: steps of 2⁻⁸ to 2⁻¹ texel, a range of at

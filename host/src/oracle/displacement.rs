@@ -1,0 +1,239 @@
+//! How wrong a picture is, in pixels: how far from its place each pixel shows
+//! what it shows.
+//!
+//! A pixel is right within r pixels if what it shows (the class of surface,
+//! and its distance) is what the truth shows somewhere within r pixels of the
+//! pixel's centre. So a column's edge that is drawn half a pixel beside its
+//! place makes errors of half a pixel, and a hole in the middle of a column
+//! makes one as large as the way to the next hole.
+
+use super::{Oracle, Sample, Truth, class_index};
+use crate::render::GeometryWords;
+use glam::DVec3;
+use rayon::prelude::*;
+use relievo_shared::layout::Frame;
+
+/// The radii that are told apart, pixels.
+pub const RADII: [f64; 14] = [
+    0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0,
+];
+
+/// Directions around a pixel in which is looked.
+const DIRECTIONS: usize = 16;
+
+/// The share of the pixels whose error an error in pixels is: up to one in a
+/// hundred may be worse.
+pub const SHARE: f64 = 0.99;
+
+/// How far a surface may lie before or behind the truth, where both show the
+/// same class in the same place: by this many widths of a pixel there, beside
+/// what lies between the truth's points around it.
+const DEPTH_SLACK: f64 = 1.0;
+
+/// The errors of a picture, in pixels.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Displacements {
+    /// One for each pixel in which the picture or the truth shows something,
+    /// in growing order: 0, one of [`RADII`], or infinity.
+    sorted: Vec<f64>,
+}
+
+impl Displacements {
+    /// The error that [`SHARE`] of the pixels keep, pixels; 0 where nothing is
+    /// shown, infinity beyond the largest of [`RADII`] that was looked at.
+    pub fn error_px(&self) -> f64 {
+        let kept = (SHARE * self.sorted.len() as f64).ceil() as usize;
+        match kept.checked_sub(1) {
+            Some(index) => self.sorted[index],
+            None => 0.0,
+        }
+    }
+
+    /// The share of the pixels that are wrong by more than `limit` pixels.
+    pub fn share_above(&self, limit: f64) -> f64 {
+        let right = self.sorted.partition_point(|error| *error <= limit);
+        (self.sorted.len() - right) as f64 / self.sorted.len().max(1) as f64
+    }
+
+    /// Number of pixels in which the picture or the truth shows something.
+    pub fn pixels(&self) -> usize {
+        self.sorted.len()
+    }
+}
+
+impl Truth {
+    /// How far beside their places the pixels of `words` are, which is the
+    /// picture of `frame` that this is the truth of, seen from `eye` (world
+    /// units) and known to `oracle`. Errors above `largest` pixels are not told
+    /// apart.
+    ///
+    /// # Panics
+    /// If `words` have another size.
+    pub fn displacements(
+        &self,
+        oracle: &dyn Oracle,
+        eye: DVec3,
+        frame: &Frame,
+        words: &GeometryWords,
+        largest: f64,
+    ) -> Displacements {
+        assert_eq!(
+            (self.width, self.height),
+            (words.width as usize, words.height as usize)
+        );
+        let pixel = DVec3::from(frame.ray_right.map(f64::from)).length();
+        let mut sorted: Vec<f64> = (0..self.samples.len())
+            .into_par_iter()
+            .filter_map(|i| {
+                let there = self.samples[i];
+                let shown = Sample {
+                    class: words.class(i),
+                    t: f64::from(f32::from_bits(words.place[i][0])),
+                };
+                if !there.is_hit() && !shown.is_hit() {
+                    return None;
+                }
+                let around = |radius: f64, direction: usize| {
+                    let angle = std::f64::consts::TAU * direction as f64 / DIRECTIONS as f64;
+                    let x = (i % self.width) as f64 + radius * angle.cos();
+                    let y = (i / self.width) as f64 + radius * angle.sin();
+                    oracle.trace(eye, ray_at(frame, x, y))
+                };
+                Some(displacement(there, shown, pixel, largest, around))
+            })
+            .collect();
+        sorted.sort_by(f64::total_cmp);
+        Displacements { sorted }
+    }
+}
+
+/// The least of [`RADII`] within which the truth, which is `there` in the
+/// middle and `around` it, shows what is `shown`; `pixel` is a pixel's width at
+/// distance 1.
+fn displacement(
+    there: Sample,
+    shown: Sample,
+    pixel: f64,
+    largest: f64,
+    around: impl Fn(f64, usize) -> Sample,
+) -> f64 {
+    let class = class_index(shown.class);
+    // The distances at which the truth shows that class.
+    let mut range = (f64::INFINITY, f64::NEG_INFINITY);
+    let mut look = |sample: Sample, radius: f64| {
+        if class_index(sample.class) != class {
+            return false;
+        }
+        range = (range.0.min(sample.t), range.1.max(sample.t));
+        let slack = DEPTH_SLACK * radius * pixel * shown.t;
+        !shown.is_hit() || (range.0 - slack <= shown.t && shown.t <= range.1 + slack)
+    };
+    if look(there, RADII[0]) {
+        return 0.0;
+    }
+    for radius in RADII.into_iter().filter(|radius| *radius <= largest) {
+        // All of them, since the range is that of the whole circle.
+        let mut is_shown = false;
+        for direction in 0..DIRECTIONS {
+            is_shown |= look(around(radius, direction), radius);
+        }
+        if is_shown {
+            return radius;
+        }
+    }
+    f64::INFINITY
+}
+
+/// Unit direction through the point (`x`, `y`) of `frame`, pixels from the
+/// centre of the first.
+fn ray_at(frame: &Frame, x: f64, y: f64) -> DVec3 {
+    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let raw = wide(frame.ray_first) + wide(frame.ray_right) * x + wide(frame.ray_down) * y;
+    raw.normalize()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
+
+    /// A cap at distance 2 left of x = 0.5, seen along −z, pixels of width 1/10;
+    /// a floor at distance 3 right of it, up to x = 1.
+    struct Step;
+
+    impl Oracle for Step {
+        fn trace(&self, _: DVec3, direction: DVec3) -> Sample {
+            let x = -direction.x / direction.z;
+            let [class, t] = if x < 0.5 {
+                [CLASS_CAP, 2]
+            } else if x < 1.0 {
+                [CLASS_FLOOR, 3]
+            } else {
+                [CLASS_MISS, 0]
+            };
+            let t = f64::from(t) * (1.0 + x * x).sqrt();
+            Sample { class, t }
+        }
+    }
+
+    fn frame() -> Frame {
+        Frame {
+            ray_first: [0.05, 0.0, -1.0],
+            ray_right: [0.1, 0.0, 0.0],
+            ray_down: [0.0, -0.1, 0.0],
+            size: [12.0, 1.0],
+            ..Frame::default()
+        }
+    }
+
+    fn judged(change: impl Fn(&mut GeometryWords)) -> Displacements {
+        let frame = frame();
+        let truth = Truth::of(&Step, DVec3::ZERO, &frame);
+        let mut words = GeometryWords {
+            width: 12,
+            height: 1,
+            place: truth
+                .samples
+                .iter()
+                .map(|sample| [(sample.t as f32).to_bits(), 0, 0, 0])
+                .collect(),
+            surface: truth
+                .samples
+                .iter()
+                .map(|sample| [sample.class, 0, 0, 0])
+                .collect(),
+        };
+        change(&mut words);
+        truth.displacements(&Step, DVec3::ZERO, &frame, &words, 8.0)
+    }
+
+    #[test]
+    fn what_is_right_has_no_error() {
+        let right = judged(|_| ());
+        assert_eq!(right.pixels(), 10);
+        assert_eq!((right.error_px(), right.share_above(0.0)), (0.0, 0.0));
+    }
+
+    #[test]
+    fn an_error_is_the_way_to_where_it_would_be_right() {
+        // The cap reaches one pixel further: its edge is half a pixel from the
+        // pixel's centre.
+        let further = judged(|words| {
+            words.surface[5][0] = CLASS_CAP;
+            words.place[5][0] = (2.0f32 * 1.0f32.hypot(0.55)).to_bits();
+        });
+        assert_eq!(further.error_px(), 0.75);
+        assert_eq!(further.share_above(0.5), 0.1);
+        // Two pixels beyond it.
+        let beyond = judged(|words| words.surface[11][0] = CLASS_FLOOR);
+        assert!(beyond.error_px() >= 1.5, "{beyond:?}");
+        // What is nowhere.
+        let nowhere = judged(|words| words.surface[2][0] = CLASS_WALL);
+        assert_eq!(nowhere.error_px(), f64::INFINITY);
+        // The right class at a distance that it nowhere has.
+        let nearer = judged(|words| words.place[2][0] = 1.0f32.to_bits());
+        assert_eq!(nearer.error_px(), f64::INFINITY);
+        let hole = judged(|words| words.surface[0][0] = CLASS_MISS);
+        assert_eq!(hole.error_px(), f64::INFINITY);
+    }
+}

@@ -1,0 +1,219 @@
+//! From a scene to plain data that a renderer reads.
+//!
+//! Positions are moved so that the middle of all objects is the origin, in
+//! f64, before they become f32: a scene far from the origin keeps its digits.
+
+mod object;
+mod shapes;
+mod view;
+
+pub use view::unlit_frame;
+
+use crate::Error;
+use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell};
+use crate::scene::{Camera, Scene};
+use crate::shape_map::ShapeMap;
+use crate::shell::narrow_shell;
+use glam::{DQuat, DVec3, EulerRot};
+use object::prepare_object;
+use rayon::prelude::*;
+use relievo_shared::layout::{Frame, Object, SEARCH_PRISMS, Shell, Triangle};
+use shapes::Shapes;
+use std::borrow::Cow;
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+use view::{default_camera, frame};
+
+/// A scene, ready for a renderer.
+pub struct PreparedScene {
+    /// Camera, light and picture size, one sample per pixel.
+    pub frame: Frame,
+    /// Width and height of the picture, pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel side.
+    pub supersampling: u32,
+    /// Linear RGB where nothing is.
+    pub background: [f32; 3],
+    /// What is drawn, in order.
+    pub objects: Vec<PreparedObject>,
+    /// The middle of all objects, world units: positions are relative to it.
+    pub origin: DVec3,
+    /// The camera in world units, also where the scene file has none.
+    pub camera: Camera,
+    /// Time spent on loading and baking.
+    pub preparation: Duration,
+}
+
+/// An object, ready for a renderer.
+pub struct PreparedObject {
+    /// The object's name.
+    pub name: String,
+    /// Its parameters.
+    pub parameters: Object,
+    /// Its triangles, relative to the scene's origin.
+    pub triangles: Vec<Triangle>,
+    /// The prisms over them; empty unless the tier is the accurate one.
+    pub shells: Vec<Shell>,
+    /// Its shape map; objects with the same pattern share it.
+    pub map: Arc<ShapeMap>,
+    /// The mesh it came from; objects with the same mesh and transform share it.
+    pub mesh: Arc<Mesh>,
+}
+
+/// A step of the work, for a progress bar.
+#[derive(Clone, Debug)]
+pub enum Step {
+    /// A mesh is loaded and its curvature fitted.
+    Mesh(PathBuf),
+    /// A pattern is loaded and its distance field computed; the fraction done.
+    ShapeMap(PathBuf, f64),
+}
+
+/// Loads and prepares everything that `scene` names; `progress` may be called
+/// from any thread.
+///
+/// # Errors
+/// [`Error`] for the first object whose assets cannot be used.
+pub fn prepare(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<PreparedScene, Error> {
+    let start = Instant::now();
+    let mut shapes = Shapes::load(scene, progress)?;
+    let meshes = load_meshes(scene, progress)?;
+
+    let bounds = meshes
+        .iter()
+        .map(|mesh| mesh.bounds)
+        .reduce(|a, b| Bounds {
+            min: a.min.min(b.min),
+            max: a.max.max(b.max),
+        })
+        .expect("a scene has at least one object");
+    let origin = bounds.centre();
+    let camera = scene
+        .camera
+        .unwrap_or_else(|| default_camera(&bounds, scene));
+
+    let objects = scene
+        .objects
+        .iter()
+        .zip(meshes)
+        .map(|(object, mesh)| {
+            let map = shapes.map(object).map_err(|problem| Error::Object {
+                scene: scene.path.clone(),
+                name: object.name.clone(),
+                problem,
+            })?;
+            prepare_object(scene, object, mesh, map, origin)
+        })
+        .collect::<Result<Vec<_>, _>>()?;
+
+    Ok(PreparedScene {
+        frame: frame(scene, &camera, origin, &bounds, scene.size),
+        size: scene.size,
+        supersampling: scene.supersampling,
+        background: scene.background.linear(),
+        objects,
+        origin,
+        camera,
+        preparation: start.elapsed(),
+    })
+}
+
+impl PreparedScene {
+    /// The frame of a picture with `factor` samples per pixel side: the same
+    /// view on a finer grid.
+    pub fn frame_with_samples(&self, factor: u32) -> Frame {
+        let inverse = 1.0 / f64::from(factor);
+        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+        let (right, down) = (wide(self.frame.ray_right), wide(self.frame.ray_down));
+        // The first sample's centre is nearer to the pixel's corner.
+        let first = wide(self.frame.ray_first) + (right + down) * (0.5 * inverse - 0.5);
+        Frame {
+            ray_first: narrow(first),
+            ray_right: narrow(right * inverse),
+            ray_down: narrow(down * inverse),
+            size: self.frame.size.map(|side| side * factor as f32),
+            ..self.frame
+        }
+    }
+
+    /// Makes the prisms of every object, also of those that do not need them.
+    pub fn make_all_shells(&mut self) {
+        for object in &mut self.objects {
+            let shells = object.all_shells(self.origin).into_owned();
+            object.shells = shells;
+        }
+    }
+
+    /// Number of triangles of all objects.
+    pub fn triangle_count(&self) -> usize {
+        self.objects
+            .iter()
+            .map(|object| object.triangles.len())
+            .sum()
+    }
+}
+
+impl PreparedObject {
+    /// Rounds `shells` to what renderers read, for the object's depth.
+    fn narrow_shells(&self, shells: &[MeshShell], origin: DVec3) -> Vec<Shell> {
+        let depth = f64::from(self.parameters.depth);
+        shells
+            .par_iter()
+            .zip(&self.triangles)
+            .map(|(shell, triangle)| {
+                let uv = triangle.corners.map(|corner| corner.uv);
+                narrow_shell(shell, uv, depth, origin)
+            })
+            .collect()
+    }
+
+    /// The prisms over all triangles, made for this call where the tier needs
+    /// none; `origin` is the scene's.
+    pub fn all_shells(&self, origin: DVec3) -> Cow<'_, [Shell]> {
+        if self.shells.is_empty() {
+            Cow::Owned(self.narrow_shells(&self.mesh.shells(), origin))
+        } else {
+            Cow::Borrowed(&self.shells)
+        }
+    }
+
+    /// Whether rays are followed through prisms.
+    pub fn has_prisms(&self) -> bool {
+        self.parameters.search == SEARCH_PRISMS
+    }
+}
+
+/// The mesh of each object, loaded once for objects that share it.
+fn load_meshes(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Vec<Arc<Mesh>>, Error> {
+    let mut loaded: Vec<(PathBuf, MeshOptions, Arc<Mesh>)> = Vec::new();
+    let mut meshes = Vec::with_capacity(scene.objects.len());
+    for object in &scene.objects {
+        let [x, y, z] = object.rotate.map(f64::to_radians);
+        let options = MeshOptions {
+            projection: object.projection,
+            scale: object.scale,
+            rotation: DQuat::from_euler(EulerRot::ZYX, z, y, x),
+            translation: DVec3::from(object.translate),
+            ..MeshOptions::default()
+        };
+        let known = loaded
+            .iter()
+            .find(|(path, known, _)| *path == object.mesh && *known == options);
+        let mesh = match known {
+            Some((_, _, mesh)) => mesh.clone(),
+            None => {
+                progress(Step::Mesh(object.mesh.clone()));
+                let mesh = Arc::new(Mesh::load(&object.mesh, &options)?);
+                loaded.push((object.mesh.clone(), options, mesh.clone()));
+                mesh
+            }
+        };
+        meshes.push(mesh);
+    }
+    Ok(meshes)
+}
+
+fn narrow(v: DVec3) -> [f32; 3] {
+    v.as_vec3().to_array()
+}

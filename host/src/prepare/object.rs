@@ -1,0 +1,233 @@
+//! One object: its parameters, its triangles and its prisms.
+
+use super::{PreparedObject, narrow};
+use crate::Error;
+use crate::mesh::{Mesh, MeshTriangle};
+use crate::scene::{Extrusion, Material, Scene, SceneObject};
+use crate::shape_map::{ShapeMap, Storage};
+use crate::shell::folded;
+use glam::DVec3;
+use rayon::prelude::*;
+use relievo_shared::layout::{Corner, FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Object, Triangle};
+use std::path::Path;
+use std::sync::Arc;
+
+/// `object`, drawn as it says.
+pub(super) fn prepare_object(
+    scene: &Scene,
+    object: &SceneObject,
+    mesh: Arc<Mesh>,
+    map: Arc<ShapeMap>,
+    origin: DVec3,
+) -> Result<PreparedObject, Error> {
+    let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
+    let extrusion =
+        growth(object.extrusion, &object.shape, &map).map_err(|problem| Error::Object {
+            scene: scene.path.clone(),
+            name: object.name.clone(),
+            problem,
+        })?;
+    let Material {
+        cap,
+        wall,
+        bevel,
+        floor,
+        specular,
+        shininess,
+    } = object.material;
+    let parameters = Object {
+        map_size: [map.width() as f32, map.height() as f32],
+        map_step: map.step(),
+        depth: depth as f32,
+        extension: extrusion.extension as f32,
+        bevel: extrusion.bevel as f32,
+        chamfer: extrusion.chamfer as f32,
+        specular: specular as f32,
+        tolerance: object.tolerance as f32,
+        cap_color: cap.linear(),
+        wall_color: wall.linear(),
+        bevel_color: bevel.linear(),
+        floor_color: floor.linear(),
+        shininess,
+        tier: object.tier.code(),
+        cut_out: u32::from(object.cut_out),
+        linear_steps: object.steps,
+        binary_steps: object.bisections,
+        map_bias: map.bias(),
+        map_packing: match map.storage() {
+            Storage::R8 => 2,
+            Storage::R16 => 1,
+            Storage::R32F | Storage::Rgba8 => 0,
+        },
+        map_quantum: map.quantum(),
+        map_reach: gradient_reach(map.width(), map.height()),
+        map_format: match map.storage() {
+            Storage::R8 | Storage::R16 => FORMAT_CODES,
+            Storage::R32F => FORMAT_FLOAT,
+            Storage::Rgba8 => FORMAT_PAPER,
+        },
+        search: object.search_code(),
+        self_shadow: u32::from(object.self_shadow),
+    };
+    let triangles = mesh
+        .triangles
+        .par_iter()
+        .map(|triangle| narrow_triangle(triangle, origin, object.repeat))
+        .collect();
+    let mut prepared = PreparedObject {
+        name: object.name.clone(),
+        parameters,
+        triangles,
+        shells: Vec::new(),
+        map,
+        mesh,
+    };
+    if prepared.has_prisms() {
+        make_shells(scene, object, &mut prepared, origin)?;
+    }
+    Ok(prepared)
+}
+
+/// A triangle in the renderers' units: f32, positions relative to `origin`,
+/// texture coordinates in repeats of the pattern, v down as rows of an image
+/// run (OBJ's v goes up), less a whole number of repeats.
+fn narrow_triangle(triangle: &MeshTriangle, origin: DVec3, repeat: [f64; 2]) -> Triangle {
+    let uv = triangle
+        .corners
+        .map(|corner| [corner.uv.x * repeat[0], -corner.uv.y * repeat[1]]);
+    let whole = [0, 1].map(|i| uv[0][i].min(uv[1][i]).min(uv[2][i]).floor());
+    let mut corners = [Corner::default(); 3];
+    for (i, (narrowed, corner)) in corners.iter_mut().zip(&triangle.corners).enumerate() {
+        *narrowed = Corner {
+            position: narrow(corner.position - origin),
+            normal: narrow(corner.normal),
+            tangent: narrow(corner.tangent),
+            uv: [0, 1].map(|axis| (uv[i][axis] - whole[axis]) as f32),
+            quadric: [corner.quadric.xx, corner.quadric.xy, corner.quadric.yy].map(|q| q as f32),
+            gradient_u: narrow(corner.gradient_u * repeat[0]),
+            gradient_v: narrow(corner.gradient_v * -repeat[1]),
+        };
+    }
+    Triangle {
+        corners,
+        handedness: triangle.corners[0].handedness as f32,
+    }
+}
+
+/// Half the span of the differences that make the map's gradient, texels: a
+/// power of two, about a 128th of the map, since the outline of a binary
+/// pattern is a staircase, but less than would reach round a tiny map.
+fn gradient_reach(width: u32, height: u32) -> f32 {
+    let (shorter, longer) = (width.min(height), width.max(height));
+    let reach = (shorter / 128).clamp(1, 32);
+    let reach = (1u32 << reach.ilog2()) as f32;
+    // A side of one texel has no slope, whatever the reach.
+    let narrowest = if shorter > 1 { shorter } else { longer };
+    reach.min(0.25 * narrowest as f32)
+}
+
+/// The extrusion as `map` can carry it out, or what stands against it.
+fn growth(extrusion: Extrusion, shape: &Path, map: &ShapeMap) -> Result<Extrusion, String> {
+    let width = f64::from(map.width());
+    let largest = extrusion.extension + extrusion.bevel * extrusion.chamfer;
+    // No point of a map that repeats is further from its pattern.
+    let furthest = 0.5 * width.hypot(f64::from(map.height()));
+    if largest * width >= furthest {
+        // Everything is covered, unless there is nothing that could grow.
+        let is_empty = (0..map.height())
+            .into_par_iter()
+            .all(|y| (0..map.width()).all(|x| map.decode(x, y) > 0.0));
+        return Ok(if is_empty {
+            Extrusion {
+                extension: 0.0,
+                bevel: 0.0,
+                ..extrusion
+            }
+        } else {
+            extrusion
+        });
+    }
+    let better = match map.storage() {
+        Storage::R8 | Storage::Rgba8 => "bake the map with --format r16",
+        Storage::R16 | Storage::R32F => "bake the map with --format r32f",
+    };
+    if map.saturated() && largest * width >= f64::from(map.max_distance()) {
+        return Err(format!(
+            "the pattern grows by e + b·c = {largest:.4} widths, but {} holds distances up to {:.4} widths only; make extension or bevel smaller, or {better}",
+            shape.display(),
+            f64::from(map.max_distance()) / width,
+        ));
+    }
+    let has_bottom = map.saturated() || map.storage() == Storage::Rgba8;
+    if has_bottom && extrusion.extension * width <= f64::from(map.min_distance()) {
+        return Err(format!(
+            "the pattern shrinks by {:.4} widths, but {} holds distances down to {:.4} widths inside it only; make extension larger, or {better}",
+            -extrusion.extension,
+            shape.display(),
+            f64::from(map.min_distance()) / width,
+        ));
+    }
+    Ok(extrusion)
+}
+
+/// Triangles that are named in an error.
+const NAMED: usize = 3;
+
+/// A depth is clamped to this share of the largest that works.
+const CLAMPED: f64 = 0.95;
+
+/// Makes the prisms of `prepared`, which needs them; an error where the surface
+/// bends too much for the depth, unless that may be clamped.
+fn make_shells(
+    scene: &Scene,
+    object: &SceneObject,
+    prepared: &mut PreparedObject,
+    origin: DVec3,
+) -> Result<(), Error> {
+    let shells = prepared.mesh.shells();
+    let depth = f64::from(prepared.parameters.depth);
+    if let Some(folded) = folded(&shells, depth) {
+        let clamped = CLAMPED * folded.largest_depth;
+        if !object.clamp_depth || clamped <= 0.0 {
+            let triangles = &prepared.mesh.triangles;
+            let named = folded.triangles.iter().take(NAMED).map(|&index| {
+                let [a, b, c] = triangles[index].corners.map(|corner| corner.position);
+                let [x, y, z] = ((a + b + c) / 3.0).to_array();
+                format!("number {} at ({x:.4}, {y:.4}, {z:.4})", index + 1)
+            });
+            let named: Vec<String> = named.collect();
+            let more = if folded.triangles.len() > NAMED {
+                ", …"
+            } else {
+                ""
+            };
+            let way_out = if clamped > 0.0 {
+                format!(
+                    "the largest depth that works is {:.6}: write a smaller depth, or clamp_depth = true, or tier = \"fast\"",
+                    folded.largest_depth
+                )
+            } else {
+                "no depth works there: repair the mesh, or write tier = \"fast\"".to_string()
+            };
+            return Err(Error::Object {
+                scene: scene.path.clone(),
+                name: object.name.clone(),
+                problem: format!(
+                    "the surface bends too much for the depth {depth:.6} of the accurate tier in {} of {} triangles ({}{more}); {way_out}",
+                    folded.triangles.len(),
+                    shells.len(),
+                    named.join(", "),
+                ),
+            });
+        }
+        tracing::warn!(
+            "object {:?}: depth {depth:.6} is clamped to {clamped:.6}, since the surface bends too much in {} of {} triangles",
+            object.name,
+            folded.triangles.len(),
+            shells.len(),
+        );
+        prepared.parameters.depth = clamped as f32;
+    }
+    prepared.shells = prepared.narrow_shells(&shells, origin);
+    Ok(())
+}

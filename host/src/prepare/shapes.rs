@@ -1,0 +1,104 @@
+//! The patterns of a scene: each is read once, and each form of it that is
+//! drawn is made once.
+
+use super::Step;
+use crate::Error;
+use crate::scene::{MapOptions, Scene, SceneObject};
+use crate::shape_map::{DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// What identifies a pattern among the objects of a scene.
+type Key = (PathBuf, u8, bool);
+
+fn key(object: &SceneObject) -> Key {
+    (object.shape.clone(), object.threshold, object.invert)
+}
+
+/// What a shape file holds.
+pub(super) enum Shape {
+    /// A map that was baked before, taken as it is.
+    Baked(Arc<ShapeMap>),
+    /// A plain pattern, with its distances.
+    Plain(DistanceField),
+}
+
+/// All patterns of a scene.
+pub(super) struct Shapes {
+    shapes: BTreeMap<Key, Shape>,
+    maps: BTreeMap<(Key, MapOptions), Arc<ShapeMap>>,
+}
+
+impl Shapes {
+    /// Reads every pattern of `scene`.
+    pub(super) fn load(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Shapes, Error> {
+        let mut shapes = BTreeMap::new();
+        // One after the other: each is spread over the cores by itself.
+        for object in &scene.objects {
+            let key = key(object);
+            if let std::collections::btree_map::Entry::Vacant(place) = shapes.entry(key) {
+                place.insert(Shape::load(object, progress)?);
+            }
+        }
+        Ok(Shapes {
+            shapes,
+            maps: BTreeMap::new(),
+        })
+    }
+
+    /// The map of `object`, shared with the objects before that have the same;
+    /// or what stands against it.
+    pub(super) fn map(&mut self, object: &SceneObject) -> Result<Arc<ShapeMap>, String> {
+        let key = (key(object), object.map);
+        if let Some(map) = self.maps.get(&key) {
+            return Ok(map.clone());
+        }
+        let map = match &self.shapes[&key.0] {
+            Shape::Baked(map) if object.map == MapOptions::default() => map.clone(),
+            Shape::Baked(_) => {
+                return Err(format!(
+                    "{} is a baked shape map, which is taken as it is; leave out map_bits and map_reduction, or name the pattern",
+                    object.shape.display()
+                ));
+            }
+            Shape::Plain(field) => {
+                let MapOptions { storage, reduction } = object.map;
+                if reduction == 1 {
+                    Arc::new(ShapeMap::encode(field, storage))
+                } else {
+                    let reduced = field.reduced(reduction).ok_or_else(|| {
+                        format!(
+                            "map_reduction {reduction} does not divide both sides of {}, {} × {} pixels",
+                            object.shape.display(),
+                            field.width(),
+                            field.height()
+                        )
+                    })?;
+                    Arc::new(ShapeMap::encode(&reduced, storage))
+                }
+            }
+        };
+        self.maps.insert(key, map.clone());
+        Ok(map)
+    }
+}
+
+impl Shape {
+    fn load(object: &SceneObject, progress: &(dyn Fn(Step) + Sync)) -> Result<Shape, Error> {
+        let path = &object.shape;
+        progress(Step::ShapeMap(path.clone(), 0.0));
+        if ShapeMap::is_shape_map(path)? {
+            return Ok(Shape::Baked(Arc::new(ShapeMap::load(path)?)));
+        }
+        let options = PatternOptions {
+            threshold: object.threshold,
+            invert: object.invert,
+            ..PatternOptions::default()
+        };
+        let pattern = Pattern::load(path, &options)?;
+        Ok(Shape::Plain(signed_distance_field(&pattern, &|fraction| {
+            progress(Step::ShapeMap(path.clone(), fraction))
+        })))
+    }
+}
