@@ -160,6 +160,7 @@ impl Case {
                 chamfer: if kind == 3 { 0.4 } else { 1.0 },
                 specular: 0.3,
                 tolerance: 0.02,
+                slack: 0.0,
                 cap_color: [0.8, 0.7, 0.6],
                 wall_color: [0.5, 0.6, 0.7],
                 bevel_color: [0.4, 0.8, 0.5],

@@ -14,7 +14,7 @@ use crate::layout::{
 };
 use crate::light::shade;
 pub use crate::march::March;
-use crate::march::march;
+use crate::march::{Effort, march};
 use crate::normals::normal_at;
 use crate::outline::bounding_rectangle;
 use crate::path::{Path, QuadraticPath};
@@ -355,6 +355,12 @@ fn solid(choice: u32, depth: f32, widths: Vec2, chamfer: f32) -> Object {
     }
 }
 
+/// How far before the solid a search may end: for half of the choices not at
+/// all, texels.
+fn slack(choice: u32) -> f32 {
+    if choice & 0x1000 == 0 { 0.0 } else { 0.75 }
+}
+
 /// A march through noise.
 pub fn search(
     choice: u32,
@@ -373,8 +379,11 @@ pub fn search(
         &Profile::new(&object),
         &ShapeMap::new(&object),
         &Noise(choice),
-        object.linear_steps,
-        object.binary_steps,
+        &Effort {
+            linear_steps: object.linear_steps,
+            binary_steps: object.binary_steps,
+            slack: slack(choice),
+        },
     )
 }
 
@@ -516,6 +525,7 @@ pub fn search_prism(
         shells: &shells,
         depth,
         blur: 0.000_976_562_5,
+        slack: 0.25 * slack(choice),
         profile: &Profile::new(&object),
         map: &ShapeMap::new(&object),
         texels: &Noise(choice),

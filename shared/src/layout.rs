@@ -152,6 +152,9 @@ pub struct Object {
     pub specular: Real,
     /// How far beside its place a ray may be searched in the accurate tier, pixels.
     pub tolerance: Real,
+    /// How far before the solid a search may end: texels in an object unit of
+    /// the surface, times pixels; ≥ 0. Times a pixel's width this is in texels.
+    pub slack: Real,
     /// Linear RGB of the cap (the mesh surface).
     pub cap_color: [Real; 3],
     /// Linear RGB of the walls.
@@ -219,8 +222,8 @@ const _: () = {
     assert!(offset_of!(Shell, facet) == 204 && offset_of!(Shell, neighbours) == 324);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
-    assert!(size_of::<Object>() == 132 && align_of::<Object>() == 4);
-    assert!(offset_of!(Object, cap_color) == 44 && offset_of!(Object, shininess) == 92);
+    assert!(size_of::<Object>() == 136 && align_of::<Object>() == 4);
+    assert!(offset_of!(Object, cap_color) == 48 && offset_of!(Object, shininess) == 96);
 };
 
 /// A vector from three scalars of a layout.

@@ -33,6 +33,18 @@ pub const END_FLOOR: u32 = 3;
 /// A point this near to the solid, in texels, lies on it.
 pub const TOLERANCE: Real = 1.0 / 128.0;
 
+/// How far a search goes.
+#[derive(Clone, Copy, Debug)]
+pub struct Effort {
+    /// Largest number of steps of the linear search.
+    pub linear_steps: u32,
+    /// Number of bisections after it, at most.
+    pub binary_steps: u32,
+    /// How far before the solid it may end, texels; below [`TOLERANCE`] it ends
+    /// there.
+    pub slack: Real,
+}
+
 /// Step lengths that cannot skip the solid, for one ray.
 ///
 /// Along the ray the distance f sinks by at most √2 ℓ per unit of s and the
@@ -103,18 +115,21 @@ pub struct Stop {
     pub before: Real,
     /// Steps of the linear search.
     pub steps: u32,
+    /// Between places nearer together than this, as the path counts, nothing is
+    /// worth refining.
+    pub least: Real,
 }
 
-/// Marches along `path` until the pattern grown by `profile` is met, with at
-/// most `linear_steps`; if these run out inside the shell, the point reached
-/// counts as a hit (section 4).
+/// Marches along `path` until the pattern grown by `profile` is met; if the
+/// linear steps of `effort` run out inside the shell, the point reached counts
+/// as a hit (section 4).
 #[inline]
 pub fn advance<P: Path, T: Texels + ?Sized>(
     path: &P,
     profile: &Profile,
     map: &ShapeMap,
     texels: &T,
-    linear_steps: u32,
+    effort: &Effort,
 ) -> Stop {
     let start = path.start();
     let end = path.end();
@@ -158,6 +173,7 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
         safe,
     };
 
+    let tolerance = max(TOLERANCE, effort.slack);
     let mut s = start;
     let mut before = s;
     let mut steps = 0;
@@ -168,7 +184,9 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
         let distance = map.distance(texels, path.uv(s));
         let radius = radius(profile, path, s);
         at_once = steps == 0 && distance <= radius;
-        met = at_once || (steps > 0 && distance - radius <= TOLERANCE) || steps >= linear_steps;
+        met = at_once
+            || (steps > 0 && distance - radius <= tolerance)
+            || steps >= effort.linear_steps;
         left = !met && s >= end;
         if !met && !left {
             before = s;
@@ -192,10 +210,11 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
         s: if left { end } else { s },
         before,
         steps,
+        least: effort.slack * flat,
     }
 }
 
-/// Refines where the side of the solid was met, by `binary_steps` bisections.
+/// Refines where the side of the solid was met, by bisections.
 #[inline]
 pub fn refine<P: Path, T: Texels + ?Sized>(
     path: &P,
@@ -203,15 +222,16 @@ pub fn refine<P: Path, T: Texels + ?Sized>(
     map: &ShapeMap,
     texels: &T,
     stop: &Stop,
-    binary_steps: u32,
+    effort: &Effort,
 ) -> Real {
+    let tolerance = max(TOLERANCE, effort.slack);
     let mut s = stop.s;
     let mut before = stop.before;
-    let mut bisections = binary_steps;
-    while bisections > 0 && before < s {
+    let mut bisections = effort.binary_steps;
+    while bisections > 0 && before + stop.least < s {
         let middle = 0.5 * (before + s);
         let gap = map.distance(texels, path.uv(middle)) - radius(profile, path, middle);
-        if gap <= TOLERANCE {
+        if gap <= tolerance {
             s = middle;
         } else {
             before = middle;
@@ -228,12 +248,11 @@ pub fn march<P: Path, T: Texels + ?Sized>(
     profile: &Profile,
     map: &ShapeMap,
     texels: &T,
-    linear_steps: u32,
-    binary_steps: u32,
+    effort: &Effort,
 ) -> March {
-    let stop = advance(path, profile, map, texels, linear_steps);
+    let stop = advance(path, profile, map, texels, effort);
     let s = if stop.end == END_SIDE {
-        refine(path, profile, map, texels, &stop, binary_steps)
+        refine(path, profile, map, texels, &stop, effort)
     } else {
         stop.s
     };
@@ -344,6 +363,8 @@ mod tests {
         profile: Profile,
         path: TestPath,
         depth: f64,
+        /// How far before the solid the march may end, texels.
+        slack: f32,
     }
 
     impl Scene {
@@ -399,6 +420,7 @@ mod tests {
                 sample,
                 path,
                 depth: f64::from(depth as f32),
+                slack: (random.choose(&[0.0, 0.0, 1.0]) * random.magnitude(0.01, 5.0)) as f32,
             }
         }
 
@@ -416,8 +438,11 @@ mod tests {
                 &self.profile,
                 &map,
                 &self.sample.words[..],
-                linear_steps,
-                binary_steps,
+                &Effort {
+                    linear_steps,
+                    binary_steps,
+                    slack: self.slack,
+                },
             )
         }
 
@@ -506,7 +531,7 @@ mod tests {
             let off = match found.end {
                 END_CAP => gap,
                 END_SIDE if found.steps == 0 => gap,
-                END_SIDE => gap - f64::from(TOLERANCE),
+                END_SIDE => gap - f64::from(TOLERANCE.max(scene.slack)),
                 _ => 0.0,
             };
             let passed = if found.steps == 0 {
@@ -550,8 +575,8 @@ mod tests {
     }
 
     /// The first point of the solid is never passed, and no hit is reported
-    /// before the ray is as near as [`TOLERANCE`]: g is minimised exactly, from
-    /// one cell of the map to the next.
+    /// before the ray is as near as [`TOLERANCE`] or the slack: g is minimised
+    /// exactly, from one cell of the map to the next.
     #[test]
     fn the_first_hit_is_found() {
         let errors = errors(1, 100_000, |_| ());
@@ -609,8 +634,11 @@ mod tests {
                 &profile,
                 &sample.map(),
                 &sample.words[..],
-                10_000,
-                10,
+                &Effort {
+                    linear_steps: 10_000,
+                    binary_steps: 10,
+                    slack: 0.0,
+                },
             );
             if found.end == END_CAP {
                 continue;
@@ -656,8 +684,11 @@ mod tests {
             &profile,
             &sample.map(),
             &sample.words[..],
-            linear_steps,
-            10,
+            &Effort {
+                linear_steps,
+                binary_steps: 10,
+                slack: 0.0,
+            },
         )
     }
 

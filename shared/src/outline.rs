@@ -616,6 +616,7 @@ mod tests {
                 shells: &[shell][..],
                 depth: object.depth,
                 blur: 1e-5,
+                slack: 0.0,
                 profile: &Profile::new(&object),
                 map: &ShapeMap::new(&object),
                 texels: &[(-0.5f32).to_bits()][..],

@@ -3,7 +3,7 @@
 
 use crate::arithmetic::{div, max, normalize_or, sqrt};
 use crate::layout::{Object, TIER_FAST};
-use crate::march::{END_MISS, march};
+use crate::march::{END_MISS, Effort, march};
 use crate::normals::CLASS_CAP;
 use crate::path::Path;
 use crate::profile::Profile;
@@ -150,8 +150,11 @@ pub fn lit<T: Texels + ?Sized>(
         &Profile::new(object),
         map,
         texels,
-        object.linear_steps,
-        0,
+        &Effort {
+            linear_steps: object.linear_steps,
+            binary_steps: 0,
+            slack: 0.0,
+        },
     );
     found.end == END_MISS
 }

@@ -2,9 +2,9 @@
 //! tier's counterpart of [`crate::fragment`].
 
 use crate::arithmetic::{div, floor, kept3, normalize_or, sqrt};
-use crate::camera::reversed_depth;
+use crate::camera::{pixel_width, reversed_depth};
 use crate::contract::{check, check2, check3};
-use crate::fragment::{Hit, Normals};
+use crate::fragment::{Hit, Normals, slack};
 use crate::layout::{Frame, Object, vec3};
 use crate::light;
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_MISS, CLASS_WALL, class_of};
@@ -31,8 +31,7 @@ pub struct ShellHit {
 /// The tolerance of `object` at distance 1, object units.
 #[inline]
 fn blur(frame: &Frame, object: &Object) -> Real {
-    let pixel = vec3(frame.ray_right);
-    object.tolerance * sqrt(pixel.dot(pixel))
+    object.tolerance * pixel_width(frame)
 }
 
 /// Searches the shell of `object` for the first hit of a ray that comes into it
@@ -50,6 +49,7 @@ pub fn trace<S: Shells + ?Sized, T: Texels + ?Sized>(
         shells,
         depth: object.depth,
         blur: blur(frame, object),
+        slack: slack(frame, object),
         profile: &Profile::new(object),
         map: &ShapeMap::new(object),
         texels,
@@ -166,6 +166,7 @@ fn lit<S: Shells + ?Sized, T: Texels + ?Sized>(
         shells,
         depth: object.depth,
         blur: blur(frame, object),
+        slack: 0.0,
         profile: &Profile::new(object),
         map: &map,
         texels,

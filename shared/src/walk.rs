@@ -14,7 +14,7 @@
 
 use crate::arithmetic::{abs, div, kept, kept3, max, min, sqrt};
 use crate::layout::{NO_NEIGHBOUR, Shell, Slab, vec3};
-use crate::march::{END_CAP, END_MISS, END_SIDE, March, Stop, advance, refine};
+use crate::march::{END_CAP, END_MISS, END_SIDE, Effort, March, Stop, advance, refine};
 use crate::path::Path;
 use crate::prism::{Prism, State, is_near, is_open};
 use crate::profile::Profile;
@@ -111,6 +111,9 @@ pub struct Field<'a, S: Shells + ?Sized, T: Texels + ?Sized> {
     pub depth: Real,
     /// How far beside its place the ray may be searched, per unit of its length.
     pub blur: Real,
+    /// How far before the solid the search may end, texels per unit of the ray's
+    /// length.
+    pub slack: Real,
     /// The extrusion.
     pub profile: &'a Profile,
     /// The pattern.
@@ -724,6 +727,12 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             s: 0.0,
             before: 0.0,
             steps: 0,
+            least: 0.0,
+        };
+        let mut effort = Effort {
+            linear_steps: self.linear_steps,
+            binary_steps: self.binary_steps,
+            slack: 0.0,
         };
         let mut over = !at.regular;
         while !over {
@@ -735,13 +744,9 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             }
             let (time, bound) = at.state.until_outside(max(time, least), came_through);
             piece = Piece::new(&at, time, bound == FLOOR);
-            stop = advance(
-                &piece,
-                self.profile,
-                self.map,
-                self.texels,
-                self.linear_steps - steps,
-            );
+            effort.linear_steps = self.linear_steps - steps;
+            effort.slack = self.slack * (enter + at.t);
+            stop = advance(&piece, self.profile, self.map, self.texels, &effort);
             steps += stop.steps;
             if stop.end == END_CAP && !is_first {
                 stop.end = END_SIDE;
@@ -785,14 +790,7 @@ impl<S: Shells + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         }
         let mut s = stop.s;
         if stop.end == END_SIDE {
-            s = refine(
-                &piece,
-                self.profile,
-                self.map,
-                self.texels,
-                &stop,
-                self.binary_steps,
-            );
+            s = refine(&piece, self.profile, self.map, self.texels, &stop, &effort);
         }
         let x = at.state.predicted(s);
         let x = kept3(x);
@@ -944,6 +942,7 @@ mod tests {
             shells,
             depth: object.depth,
             blur: 1e-5,
+            slack: 0.0,
             profile: &Profile::new(&object),
             map: &ShapeMap::new(&object),
             texels: &TEXELS.map(f32::to_bits)[..],

@@ -59,6 +59,7 @@ pub fn wide_object(object: &Object) -> double::Object {
         chamfer: f64::from(object.chamfer),
         specular: f64::from(object.specular),
         tolerance: f64::from(object.tolerance),
+        slack: f64::from(object.slack),
         cap_color: wide(object.cap_color),
         wall_color: wide(object.wall_color),
         bevel_color: wide(object.bevel_color),

@@ -2,7 +2,7 @@
 
 use super::{PreparedObject, narrow};
 use crate::Error;
-use crate::mesh::{Mesh, MeshTriangle};
+use crate::mesh::{Mesh, MeshCorner, MeshTriangle};
 use crate::scene::{Extrusion, Material, Scene, SceneObject};
 use crate::shape_map::{ShapeMap, Storage};
 use crate::shell::folded;
@@ -44,6 +44,11 @@ pub(super) fn prepare_object(
         chamfer: extrusion.chamfer as f32,
         specular: specular as f32,
         tolerance: object.tolerance as f32,
+        slack: if object.slack > 0.0 {
+            (object.slack * coarsest_texels(&mesh, object.repeat, &map)) as f32
+        } else {
+            0.0
+        },
         cap_color: cap.linear(),
         wall_color: wall.linear(),
         bevel_color: bevel.linear(),
@@ -112,6 +117,41 @@ fn narrow_triangle(triangle: &MeshTriangle, origin: DVec3, repeat: [f64; 2]) -> 
         corners,
         handedness: triangle.corners[0].handedness as f32,
     }
+}
+
+/// Share of the surface that may have its texels further apart than
+/// [`coarsest_texels`] says.
+const COARSER: f64 = 0.02;
+
+/// Texels in an object unit where and along which there are fewest, but for
+/// [`COARSER`] of the surface.
+fn coarsest_texels(mesh: &Mesh, repeat: [f64; 2], map: &ShapeMap) -> f64 {
+    let size = [map.width(), map.height()].map(f64::from);
+    let mut densities: Vec<(f64, f64)> = mesh
+        .triangles
+        .par_iter()
+        .map(|triangle| {
+            let [a, b, c] = triangle.corners.map(|corner| corner.position);
+            let area = (b - a).cross(c - a).length();
+            let mean = |gradient: fn(&MeshCorner) -> DVec3| {
+                triangle.corners.iter().map(gradient).sum::<DVec3>() / 3.0
+            };
+            let u = mean(|corner| corner.gradient_u) * (repeat[0] * size[0]);
+            let v = mean(|corner| corner.gradient_v) * (repeat[1] * size[1]);
+            // The smaller singular value of the two rows.
+            let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+            let (mean, half) = (0.5 * (uu + vv), 0.5 * (uu - vv));
+            let smallest = (mean - half.hypot(uv)).max(0.0).sqrt();
+            (smallest, area)
+        })
+        .collect();
+    densities.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut left = COARSER * densities.iter().map(|(_, area)| area).sum::<f64>();
+    let reached = densities.iter().find(|(_, area)| {
+        left -= area;
+        left < 0.0
+    });
+    reached.map_or(0.0, |(density, _)| *density)
 }
 
 /// Half the span of the differences that make the map's gradient, texels: a

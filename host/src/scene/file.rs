@@ -76,6 +76,7 @@ struct ObjectTable {
     chamfer: Option<Spanned<f64>>,
     tier: Option<Spanned<Tier>>,
     tolerance: Option<Spanned<f64>>,
+    slack: Option<Spanned<f64>>,
     error_px: Option<Spanned<f64>>,
     map_bits: Option<Spanned<i64>>,
     map_reduction: Option<Spanned<i64>>,
@@ -332,6 +333,13 @@ fn object(
             return Err(check.wrong(given, &key("clamp_depth"), elsewhere.to_string()));
         }
     }
+    if let Some(given) = table.slack.as_ref()
+        && (tier == Tier::Paper || technique == Technique::Relief)
+    {
+        let elsewhere =
+            "has no meaning for the paper's search and for relief mapping; leave it out";
+        return Err(check.wrong(given, &key("slack"), elsewhere.to_string()));
+    }
     let budget = budget(check, table, technique, &key)?;
     // The paper's own numbers for what is the paper's.
     let (steps, bisections) = if tier == Tier::Paper || technique == Technique::Relief {
@@ -368,6 +376,7 @@ fn object(
         },
         tier,
         tolerance: check.within(&table.tolerance, &key("tolerance"), TOLERANCE, 1e-4, 16.0)?,
+        slack: check.within(&table.slack, &key("slack"), 0.0, 0.0, 16.0)?,
         steps: check.whole(&table.steps, &key("steps"), steps, 1, LARGEST_STEPS)?,
         bisections: check.whole(&table.bisections, &key("bisections"), bisections, 0, 64)?,
         cut_out: table.cut_out,
@@ -405,6 +414,7 @@ fn budget(
     let decided = [
         ("tier", table.tier.is_some()),
         ("tolerance", table.tolerance.is_some()),
+        ("slack", table.slack.is_some()),
         ("clamp_depth", table.clamp_depth.is_some()),
         ("steps", table.steps.is_some()),
         ("bisections", table.bisections.is_some()),
@@ -723,6 +733,12 @@ mod tests {
                 "tolerance",
             ),
             (object("steps = 0"), "line 4", "steps"),
+            (
+                object("technique = \"relief\"\nslack = 1"),
+                "line 5",
+                "relief",
+            ),
+            (object("slack = -1"), "line 4", "slack"),
             (object("error_px = 0"), "line 4", "error_px"),
             (object("tier = \"fast\"\nerror_px = 1"), "line 5", "tier"),
             (

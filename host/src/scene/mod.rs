@@ -238,6 +238,8 @@ pub struct SceneObject {
     pub tier: Tier,
     /// How far beside its place a ray may be searched in the accurate tier, pixels.
     pub tolerance: f64,
+    /// How far before its place a search may end, pixels.
+    pub slack: f64,
     /// Largest number of steps of the linear search.
     pub steps: u32,
     /// Bisections after it.
