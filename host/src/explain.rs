@@ -1,5 +1,6 @@
 //! What a scene needs of the model, what it does not, and what that costs.
 
+use crate::budget::{FAST, PLANAR, Plan};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::RenderError;
 use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, Shaders};
@@ -38,6 +39,8 @@ pub struct ShaderCost {
 pub struct ObjectPlan {
     /// The object's name.
     pub name: String,
+    /// How its budget is kept, if it has one.
+    pub plan: Option<Plan>,
     /// Everything that there is, in or out.
     pub features: Vec<Feature>,
     /// Its colour shader in the exact module, and in the fast one.
@@ -67,6 +70,7 @@ pub fn explain(scene: &PreparedScene) -> Result<Explanation, RenderError> {
         objects: objects
             .map(|(index, object)| ObjectPlan {
                 name: object.name.clone(),
+                plan: object.plan.clone(),
                 features: features(object, &scene.objects[..index]),
                 shaders: modules.each_ref().map(|module| shader_cost(object, module)),
             })
@@ -173,6 +177,9 @@ impl fmt::Display for Explanation {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         for object in &self.objects {
             writeln!(formatter, "object {:?}", object.name)?;
+            if let Some(plan) = &object.plan {
+                explain_plan(plan, formatter)?;
+            }
             for feature in &object.features {
                 let place = if feature.is_in { "in " } else { "out" };
                 writeln!(formatter, "  {place} {}: {}", feature.name, feature.why)?;
@@ -207,6 +214,35 @@ impl fmt::Display for Explanation {
             share(total, of)
         )
     }
+}
+
+fn explain_plan(plan: &Plan, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+    writeln!(formatter, "  budget {plan}")?;
+    for (tier, model) in [("planar", PLANAR), ("fast", FAST)] {
+        writeln!(
+            formatter,
+            "  model: the {tier} tier is likely wrong by {:.2} px ({:.2} to {:.2})",
+            model.predict(&plan.view),
+            model.predict(&plan.view) * model.low,
+            model.predict(&plan.view) * model.high,
+        )?;
+    }
+    for (recipe, trial) in &plan.trials {
+        match trial {
+            Some(trial) => writeln!(
+                formatter,
+                "  tried {recipe}: worse than the budget on {:.2} % of {} rays, after at most {} steps",
+                100.0 * trial.share_above,
+                trial.rays,
+                trial.steps,
+            )?,
+            None => writeln!(
+                formatter,
+                "  tried {recipe}: the map cannot hold the extrusion"
+            )?,
+        }
+    }
+    Ok(())
 }
 
 fn share(part: u64, whole: u64) -> String {

@@ -23,6 +23,7 @@
 
 pub mod aov;
 pub mod bench;
+pub mod budget;
 pub mod error;
 pub mod explain;
 pub mod file;

@@ -3,6 +3,7 @@
 mod accuracy;
 mod bake;
 mod bench;
+mod budget;
 mod explain;
 mod gallery;
 mod info;
@@ -99,6 +100,10 @@ struct RenderArguments {
     /// Write what was hit as well: t, u, v, delta, class, N
     #[arg(long, value_name = "OUT.exr")]
     aov: Option<PathBuf>,
+    /// How wrong the picture may be, such as 0.5px, in place of tier, steps and map: the
+    /// cheapest way to be no worse is looked for
+    #[arg(long, value_name = "PX", value_parser = parse_budget)]
+    budget: Option<f64>,
 }
 
 /// How a baked texel is stored.
@@ -150,6 +155,9 @@ struct ExplainArguments {
     /// The scenes
     #[arg(required = true)]
     scenes: Vec<PathBuf>,
+    /// How wrong the picture may be, such as 0.5px, in place of tier, steps and map
+    #[arg(long, value_name = "PX", value_parser = parse_budget)]
+    budget: Option<f64>,
     /// Size of the picture, in place of the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -219,6 +227,8 @@ enum BenchCommand {
     Exactness(BenchSceneArguments),
     /// Time the shaders that hold what a scene needs beside those that hold everything, in turn
     Specialization(BenchSceneArguments),
+    /// Measure how budgets are kept on random scenes, and what that costs
+    Budget(BenchBudgetArguments),
     /// Measure the paper's Table 1: extrusion against relief mapping, planar and curved
     Table1(BenchTable1Arguments),
 }
@@ -248,6 +258,37 @@ enum Measured {
     Cpu,
     /// The CPU, and a GPU if there is one
     Both,
+}
+
+#[derive(Args)]
+struct BenchBudgetArguments {
+    /// Random scenes
+    #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..1_000_000))]
+    scenes: u64,
+    /// Which series of random scenes; the model is fitted to series 1
+    #[arg(long, value_name = "K", default_value_t = 2)]
+    series: u64,
+    /// Size of the pictures
+    #[arg(long, value_name = "WxH", default_value = "200x150", value_parser = parse_size)]
+    size: [u32; 2],
+    /// Print the model that fits these scenes, in place of the rest
+    #[arg(long)]
+    fit: bool,
+    /// Time every plan beside a sweep of variants as well
+    #[arg(long, conflicts_with = "fit")]
+    cost: bool,
+    /// Frames timed of each variant, after one to warm up
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..100_000))]
+    frames: u32,
+    /// What is timed
+    #[arg(long, value_enum, default_value_t = Measured::Both)]
+    backend: Measured,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// The folder with this project's meshes and patterns
+    #[arg(long, value_name = "DIR", default_value = "assets")]
+    assets: PathBuf,
 }
 
 #[derive(Args)]
@@ -318,6 +359,12 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Bench(BenchCommand::Specialization(arguments)) => {
             bench::specialization(&arguments)
         }
+        Command::Bench(BenchCommand::Budget(arguments)) => {
+            if arguments.backend == Measured::Cpu && arguments.adapter.is_some() {
+                refuse_adapter();
+            }
+            budget::run(&arguments)
+        }
         Command::Bench(BenchCommand::Table1(arguments)) => {
             if arguments.backend == Measured::Cpu && arguments.adapter.is_some() {
                 refuse_adapter();
@@ -382,6 +429,18 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     Ok([side(width)?, side(height)?])
 }
 
+/// `0.5px` or `0.5` → 0.5.
+fn parse_budget(text: &str) -> Result<f64, String> {
+    let (least, largest) = (relievo::scene::LEAST_BUDGET, relievo::scene::LARGEST_BUDGET);
+    let number = text.strip_suffix("px").unwrap_or(text).trim();
+    let budget = number.parse().ok();
+    budget
+        .filter(|budget| (least..=largest).contains(budget))
+        .ok_or_else(|| {
+            format!("a budget is a number of pixels from {least} to {largest}, such as 0.5px")
+        })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -389,6 +448,15 @@ mod tests {
     #[test]
     fn the_command_line_is_consistent() {
         Arguments::command().debug_assert();
+    }
+
+    #[test]
+    fn budgets() {
+        assert_eq!(parse_budget("0.5px"), Ok(0.5));
+        assert_eq!(parse_budget("2"), Ok(2.0));
+        for bad in ["", "px", "0", "-1px", "nan", "1000px", "0.5 pt"] {
+            assert!(parse_budget(bad).is_err(), "{bad}");
+        }
     }
 
     #[test]

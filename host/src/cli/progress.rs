@@ -37,6 +37,7 @@ impl Bar {
             Step::ShapeMap(path, fraction) => {
                 self.show(format!("shape map {}", name(path)), *fraction);
             }
+            Step::Plan(object) => self.show(format!("plan for {object}"), 0.0),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! `relievo render`.
 
-use super::session::{Loaded, choose_renderer, load};
+use super::session::{Loaded, choose_renderer, load_with, say_plans};
 use super::{RenderArguments, say};
 use relievo::Error;
 use relievo::aov::save_exr;
@@ -10,7 +10,9 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
-    let Loaded { scene, prepared } = load(&arguments.scene, arguments.size)?;
+    let Loaded { scene, prepared } = load_with(&arguments.scene, arguments.size, |scene| {
+        scene.set_budget(arguments.budget);
+    })?;
     let output = arguments.output.clone().unwrap_or_else(|| {
         let mut name = arguments.scene.file_stem().unwrap_or_default().to_owned();
         name.push(".png");
@@ -21,6 +23,7 @@ pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
         choose_renderer(arguments.backend, arguments.adapter.as_deref(), &prepared)
             .map_err(Error::from)?;
     say(format_args!("{line}"))?;
+    say_plans(&prepared)?;
 
     let factor = prepared.supersampling;
     let start = Instant::now();

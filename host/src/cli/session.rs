@@ -1,8 +1,9 @@
 //! What the commands have in common: loading a scene, choosing a renderer.
 
-use super::Backend;
 use super::progress::Bar;
+use super::{Backend, say};
 use relievo::Error;
+use relievo::budget::Promise;
 use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::gpu::{Choice, adapters, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
@@ -45,6 +46,24 @@ pub fn load_with(
     Ok(Loaded { scene, prepared })
 }
 
+/// Says how the objects with a budget are drawn; what is not promised, as a
+/// warning.
+pub fn say_plans(scene: &PreparedScene) -> anyhow::Result<()> {
+    for object in &scene.objects {
+        if let Some(plan) = &object.plan {
+            say(format_args!("object {:?}, {plan}", object.name))?;
+            if let Promise::Doubtful(reason) = &plan.promise {
+                tracing::warn!(
+                    "object {:?}: an error within {} px cannot be promised: {reason}",
+                    object.name,
+                    plan.budget
+                );
+            }
+        }
+    }
+    Ok(())
+}
+
 /// The renderer asked for, and one line on which and why.
 pub fn choose_renderer<'a>(
     backend: Backend,
@@ -56,10 +75,17 @@ pub fn choose_renderer<'a>(
         let line = format!("{}: {why}", renderer.name());
         (Box::new(renderer), line)
     };
+    // Who says how wrong a picture may be does not ask for the CPU's words.
+    let is_planned = scene.objects.iter().all(|object| object.plan.is_some());
+    let shaders = if is_planned && !scene.objects.is_empty() {
+        Choice::Fastest
+    } else {
+        Choice::Trusted
+    };
     // A named adapter is wanted, whatever the backend says.
     if backend == Backend::Gpu || (backend == Backend::Auto && adapter.is_some()) {
         let found = choose(adapter)?;
-        let renderer = GpuRenderer::new(scene, &found, Choice::Trusted)?;
+        let renderer = GpuRenderer::new(scene, &found, shaders)?;
         let line = format!("{}: as asked", renderer.name());
         return Ok((Box::new(renderer), line));
     }
@@ -73,7 +99,7 @@ pub fn choose_renderer<'a>(
             "the only adapter, {}, is a software driver",
             found.name()
         ))),
-        Some(found) => match GpuRenderer::new(scene, found, Choice::Trusted) {
+        Some(found) => match GpuRenderer::new(scene, found, shaders) {
             Ok(renderer) => {
                 let line = format!("{}: this machine's GPU", renderer.name());
                 Ok((Box::new(renderer), line))

@@ -30,11 +30,16 @@ pub const SHARE: f64 = 0.99;
 /// what lies between the truth's points around it.
 const DEPTH_SLACK: f64 = 1.0;
 
+/// Wrong pixels that are looked around first.
+const FEW: usize = 200;
+/// So many times the allowed share is far above it.
+const HOPELESS: f64 = 4.0;
+
 /// The errors of a picture, in pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacements {
     /// One for each pixel in which the picture or the truth shows something,
-    /// in growing order: 0, one of [`RADII`], or infinity.
+    /// in growing order: 0, one of [`RADII`] or the largest asked for, or infinity.
     sorted: Vec<f64>,
 }
 
@@ -77,44 +82,129 @@ impl Truth {
         words: &GeometryWords,
         largest: f64,
     ) -> Displacements {
-        assert_eq!(
-            (self.width, self.height),
-            (words.width as usize, words.height as usize)
-        );
-        let pixel = DVec3::from(frame.ray_right.map(f64::from)).length();
-        let mut sorted: Vec<f64> = (0..self.samples.len())
+        let surroundings = Surroundings::new(self, oracle, eye, frame, 1.0);
+        let smaller = RADII.into_iter().filter(|radius| *radius < largest);
+        let radii: Vec<f64> = smaller.chain([largest]).collect();
+        let mut sorted: Vec<f64> = self
+            .shown(words)
             .into_par_iter()
-            .filter_map(|i| {
-                let there = self.samples[i];
-                let shown = Sample {
-                    class: words.class(i),
-                    t: f64::from(f32::from_bits(words.place[i][0])),
-                };
-                if !there.is_hit() && !shown.is_hit() {
-                    return None;
-                }
-                let around = |radius: f64, direction: usize| {
-                    let angle = std::f64::consts::TAU * direction as f64 / DIRECTIONS as f64;
-                    let x = (i % self.width) as f64 + radius * angle.cos();
-                    let y = (i / self.width) as f64 + radius * angle.sin();
-                    oracle.trace(eye, ray_at(frame, x, y))
-                };
-                Some(displacement(there, shown, pixel, largest, around))
-            })
+            .map(|(i, shown)| surroundings.displacement(i, shown, &radii))
             .collect();
         sorted.sort_by(f64::total_cmp);
         Displacements { sorted }
     }
+
+    /// The number of pixels in which something is or is shown, and the share of
+    /// them that is wrong by more than `limit` pixels; as
+    /// [`Truth::displacements`] says it, but `frame` has one ray every `stride`
+    /// pixels, and a share far above what an error in pixels allows is an
+    /// estimate.
+    ///
+    /// # Panics
+    /// If `words` have another size.
+    pub fn share_above(
+        &self,
+        oracle: &dyn Oracle,
+        eye: DVec3,
+        frame: &Frame,
+        stride: f64,
+        words: &GeometryWords,
+        limit: f64,
+    ) -> (usize, f64) {
+        let surroundings = Surroundings::new(self, oracle, eye, frame, stride);
+        let radii = [0.25, 0.5, 1.0].map(|share| share * limit);
+        let shown = self.shown(words);
+        let pixels = shown.len();
+        let doubtful: Vec<(usize, Sample)> = shown
+            .into_par_iter()
+            .filter(|(i, shown)| surroundings.displacement(*i, *shown, &[]) > 0.0)
+            .collect();
+        let wrong = |doubtful: &[(usize, Sample)], step: usize| {
+            let some = doubtful.par_iter().step_by(step);
+            let wrong = some
+                .filter(|(i, shown)| surroundings.displacement(*i, *shown, &radii).is_infinite());
+            wrong.count()
+        };
+        let share = |count: usize| count as f64 / pixels.max(1) as f64;
+        // A few tell whether it is worth while to look around all of them.
+        let step = (doubtful.len() / FEW).max(1);
+        let estimate = share(step * wrong(&doubtful, step)).min(1.0);
+        if step == 1 || estimate > HOPELESS * (1.0 - SHARE) {
+            (pixels, estimate)
+        } else {
+            (pixels, share(wrong(&doubtful, 1)))
+        }
+    }
+
+    /// Every pixel in which something is or is shown, and what is shown there.
+    fn shown(&self, words: &GeometryWords) -> Vec<(usize, Sample)> {
+        assert_eq!(
+            (self.width, self.height),
+            (words.width as usize, words.height as usize)
+        );
+        (0..self.samples.len())
+            .map(|i| {
+                let t = f64::from(f32::from_bits(words.place[i][0]));
+                let class = words.class(i);
+                (i, Sample { class, t })
+            })
+            .filter(|(i, shown)| self.samples[*i].is_hit() || shown.is_hit())
+            .collect()
+    }
 }
 
-/// The least of [`RADII`] within which the truth, which is `there` in the
+/// The truth in and around the pixels of a frame.
+struct Surroundings<'a> {
+    truth: &'a Truth,
+    oracle: &'a dyn Oracle,
+    eye: DVec3,
+    frame: &'a Frame,
+    stride: f64,
+    /// A pixel's width at distance 1.
+    pixel: f64,
+}
+
+impl<'a> Surroundings<'a> {
+    fn new(
+        truth: &'a Truth,
+        oracle: &'a dyn Oracle,
+        eye: DVec3,
+        frame: &'a Frame,
+        stride: f64,
+    ) -> Surroundings<'a> {
+        let pixel = DVec3::from(frame.ray_right.map(f64::from)).length() / stride;
+        Surroundings {
+            truth,
+            oracle,
+            eye,
+            frame,
+            stride,
+            pixel,
+        }
+    }
+
+    /// See [`displacement`].
+    fn displacement(&self, i: usize, shown: Sample, radii: &[f64]) -> f64 {
+        let width = self.truth.width;
+        let around = |radius: f64, direction: usize| {
+            let angle = std::f64::consts::TAU * direction as f64 / DIRECTIONS as f64;
+            let radius = radius / self.stride;
+            let x = (i % width) as f64 + radius * angle.cos();
+            let y = (i / width) as f64 + radius * angle.sin();
+            self.oracle.trace(self.eye, ray_at(self.frame, x, y))
+        };
+        displacement(self.truth.samples[i], shown, self.pixel, radii, around)
+    }
+}
+
+/// The least of `radii` within which the truth, which is `there` in the
 /// middle and `around` it, shows what is `shown`; `pixel` is a pixel's width at
 /// distance 1.
 fn displacement(
     there: Sample,
     shown: Sample,
     pixel: f64,
-    largest: f64,
+    radii: &[f64],
     around: impl Fn(f64, usize) -> Sample,
 ) -> f64 {
     let class = class_index(shown.class);
@@ -131,7 +221,7 @@ fn displacement(
     if look(there, RADII[0]) {
         return 0.0;
     }
-    for radius in RADII.into_iter().filter(|radius| *radius <= largest) {
+    for &radius in radii {
         // All of them, since the range is that of the whole circle.
         let mut is_shown = false;
         for direction in 0..DIRECTIONS {

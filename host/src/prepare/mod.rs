@@ -10,8 +10,9 @@ mod view;
 pub use view::unlit_frame;
 
 use crate::Error;
+use crate::budget::{self, Plan};
 use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell};
-use crate::scene::{Camera, Scene};
+use crate::scene::{Camera, Scene, SceneObject};
 use crate::shape_map::ShapeMap;
 use crate::shell::narrow_shell;
 use glam::{DQuat, DVec3, EulerRot};
@@ -59,6 +60,8 @@ pub struct PreparedObject {
     pub map: Arc<ShapeMap>,
     /// The mesh it came from; objects with the same mesh and transform share it.
     pub mesh: Arc<Mesh>,
+    /// How it came to be drawn so, where the scene gives it a budget.
+    pub plan: Option<Plan>,
 }
 
 /// A step of the work, for a progress bar.
@@ -68,6 +71,8 @@ pub enum Step {
     Mesh(PathBuf),
     /// A pattern is loaded and its distance field computed; the fraction done.
     ShapeMap(PathBuf, f64),
+    /// The cheapest way to draw the object of this name is looked for.
+    Plan(String),
 }
 
 /// Loads and prepares everything that `scene` names; `progress` may be called
@@ -97,17 +102,10 @@ pub fn prepare(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Prepar
         .objects
         .iter()
         .zip(meshes)
-        .map(|(object, mesh)| {
-            let map = shapes.map(object).map_err(|problem| Error::Object {
-                scene: scene.path.clone(),
-                name: object.name.clone(),
-                problem,
-            })?;
-            prepare_object(scene, object, mesh, map, origin)
-        })
+        .map(|(object, mesh)| make(scene, object, mesh, &mut shapes, origin))
         .collect::<Result<Vec<_>, _>>()?;
 
-    Ok(PreparedScene {
+    let mut prepared = PreparedScene {
         frame: frame(scene, &camera, origin, &bounds, scene.size),
         size: scene.size,
         supersampling: scene.supersampling,
@@ -115,8 +113,61 @@ pub fn prepare(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Prepar
         objects,
         origin,
         camera,
-        preparation: start.elapsed(),
-    })
+        preparation: Duration::ZERO,
+    };
+    keep_budgets(scene, &mut prepared, &mut shapes, progress)?;
+    prepared.preparation = start.elapsed();
+    Ok(prepared)
+}
+
+/// One object, drawn as it says.
+fn make(
+    scene: &Scene,
+    object: &SceneObject,
+    mesh: Arc<Mesh>,
+    shapes: &mut Shapes,
+    origin: DVec3,
+) -> Result<PreparedObject, Error> {
+    let map = shapes.map(object).map_err(|problem| Error::Object {
+        scene: scene.path.clone(),
+        name: object.name.clone(),
+        problem,
+    })?;
+    prepare_object(scene, object, mesh, map, origin)
+}
+
+/// Plans how the objects with a budget are drawn.
+fn keep_budgets(
+    scene: &Scene,
+    prepared: &mut PreparedScene,
+    shapes: &mut Shapes,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<(), Error> {
+    if scene.objects.iter().all(|object| object.budget.is_none()) {
+        return Ok(());
+    }
+    let views = budget::look(prepared);
+    for (index, object) in scene.objects.iter().enumerate() {
+        let Some(budget) = object.budget else {
+            continue;
+        };
+        progress(Step::Plan(object.name.clone()));
+        let mesh = prepared.objects[index].mesh.clone();
+        let (plan, drawn) = budget::plan(
+            object,
+            budget,
+            views[index],
+            shapes.plain_size(object),
+            prepared,
+            &mut |object| make(scene, object, mesh.clone(), shapes, prepared.origin),
+        )?;
+        tracing::info!("{:?}: {plan}", object.name);
+        prepared.objects[index] = PreparedObject {
+            plan: Some(plan),
+            ..drawn
+        };
+    }
+    Ok(())
 }
 
 impl PreparedScene {
@@ -134,6 +185,14 @@ impl PreparedScene {
             ray_down: narrow(down * inverse),
             size: self.frame.size.map(|side| side * factor as f32),
             ..self.frame
+        }
+    }
+
+    /// The same view of `object` alone.
+    pub(crate) fn alone(&self, object: PreparedObject) -> PreparedScene {
+        PreparedScene {
+            objects: vec![object],
+            ..*self
         }
     }
 
@@ -189,11 +248,10 @@ fn load_meshes(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Vec<Ar
     let mut loaded: Vec<(PathBuf, MeshOptions, Arc<Mesh>)> = Vec::new();
     let mut meshes = Vec::with_capacity(scene.objects.len());
     for object in &scene.objects {
-        let [x, y, z] = object.rotate.map(f64::to_radians);
         let options = MeshOptions {
             projection: object.projection,
             scale: object.scale,
-            rotation: DQuat::from_euler(EulerRot::ZYX, z, y, x),
+            rotation: rotation(object.rotate),
             translation: DVec3::from(object.translate),
             ..MeshOptions::default()
         };
@@ -212,6 +270,12 @@ fn load_meshes(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Vec<Ar
         meshes.push(mesh);
     }
     Ok(meshes)
+}
+
+/// What a scene's `rotate` does: degrees about x, y and z in turn.
+pub(crate) fn rotation(degrees: [f64; 3]) -> DQuat {
+    let [x, y, z] = degrees.map(f64::to_radians);
+    DQuat::from_euler(EulerRot::ZYX, z, y, x)
 }
 
 fn narrow(v: DVec3) -> [f32; 3] {

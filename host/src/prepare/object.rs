@@ -2,6 +2,7 @@
 
 use super::{PreparedObject, narrow};
 use crate::Error;
+use crate::budget::smaller_stretch;
 use crate::mesh::{Mesh, MeshCorner, MeshTriangle};
 use crate::scene::{Extrusion, Material, Scene, SceneObject};
 use crate::shape_map::{ShapeMap, Storage};
@@ -86,6 +87,7 @@ pub(super) fn prepare_object(
         shells: Vec::new(),
         map,
         mesh,
+        plan: None,
     };
     if prepared.has_prisms() {
         make_shells(scene, object, &mut prepared, origin)?;
@@ -138,11 +140,7 @@ fn coarsest_texels(mesh: &Mesh, repeat: [f64; 2], map: &ShapeMap) -> f64 {
             };
             let u = mean(|corner| corner.gradient_u) * (repeat[0] * size[0]);
             let v = mean(|corner| corner.gradient_v) * (repeat[1] * size[1]);
-            // The smaller singular value of the two rows.
-            let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
-            let (mean, half) = (0.5 * (uu + vv), 0.5 * (uu - vv));
-            let smallest = (mean - half.hypot(uv)).max(0.0).sqrt();
-            (smallest, area)
+            (smaller_stretch(u, v), area)
         })
         .collect();
     densities.sort_by(|a, b| a.0.total_cmp(&b.0));

@@ -47,6 +47,14 @@ impl Shapes {
         })
     }
 
+    /// Width and height of the plain pattern of `object`; none if its map is baked.
+    pub(super) fn plain_size(&self, object: &SceneObject) -> Option<[u32; 2]> {
+        match &self.shapes[&key(object)] {
+            Shape::Baked(_) => None,
+            Shape::Plain(field) => Some([field.width(), field.height()]),
+        }
+    }
+
     /// The map of `object`, shared with the objects before that have the same;
     /// or what stands against it.
     pub(super) fn map(&mut self, object: &SceneObject) -> Result<Arc<ShapeMap>, String> {

@@ -11,6 +11,7 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
 use rayon::prelude::*;
 use relievo_shared::camera::{pixel_ray, reversed_depth};
+use relievo_shared::facet::FacetHit;
 use relievo_shared::fragment::{self, Entry, Hit};
 use relievo_shared::layout::{Frame, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell};
 use relievo_shared::normals::CLASS_MISS;
@@ -153,6 +154,28 @@ impl<'a> CpuRenderer<'a> {
         let ray = Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
         self.bvh
             .ray_traverse_anyhit(ray, |_, leaf| visit(self.leaves[leaf]));
+        nearest
+    }
+
+    /// The first triangle's front that the ray of `frame` along `direction`
+    /// meets: number of its object and of itself, and where. Prisms are not
+    /// looked at, so no object may have them.
+    pub(crate) fn first_facet(
+        &self,
+        frame: &Frame,
+        direction: Vec3,
+    ) -> Option<([u32; 2], FacetHit)> {
+        let mut nearest: Option<([u32; 2], FacetHit)> = None;
+        let ray = Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
+        self.bvh.ray_traverse_anyhit(ray, |_, leaf| {
+            let order = self.leaves[leaf];
+            let object = &self.scene.objects[order[0] as usize];
+            let facet = fragment::meet(frame, &object.triangles[order[1] as usize], direction);
+            let is_nearer = nearest.as_ref().is_none_or(|(_, found)| facet.t < found.t);
+            if facet.hit && facet.t > 0.0 && is_nearer {
+                nearest = Some((order, facet));
+            }
+        });
         nearest
     }
 

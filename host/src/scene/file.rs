@@ -341,15 +341,10 @@ fn object(
         return Err(check.wrong(given, &key("slack"), elsewhere.to_string()));
     }
     let budget = budget(check, table, technique, &key)?;
-    // The paper's own numbers for what is the paper's.
-    let (steps, bisections) = if tier == Tier::Paper || technique == Technique::Relief {
-        (25, 5)
-    } else if tier == Tier::Accurate {
-        // Each piece of a ray takes a step of its own, and steps that run out
-        // would be seen.
-        (256, 10)
+    let (steps, bisections) = if technique == Technique::Relief {
+        Tier::Paper.default_effort()
     } else {
-        (96, 8)
+        tier.default_effort()
     };
     Ok(SceneObject {
         name: table.name.clone().unwrap_or_else(|| {

@@ -152,6 +152,19 @@ impl Tier {
         }
     }
 
+    /// Steps of the linear search and bisections after it where a scene says
+    /// nothing.
+    pub fn default_effort(self) -> (u32, u32) {
+        match self {
+            Tier::Planar | Tier::Fast => (96, 8),
+            // The paper's own numbers.
+            Tier::Paper => (25, 5),
+            // Each piece of a ray takes a step of its own, and steps that run
+            // out would be seen.
+            Tier::Accurate => (256, 10),
+        }
+    }
+
     /// The number of the tier in the shared layouts.
     pub fn code(self) -> u32 {
         match self {
@@ -286,6 +299,22 @@ impl Scene {
     /// [`SceneError`] with the file, the line and what to do.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
         file::load(path)
+    }
+
+    /// Gives every object that a search of ours is run on this budget, pixels,
+    /// in place of its tier, steps and map.
+    pub fn set_budget(&mut self, budget: Option<f64>) {
+        if budget.is_some() {
+            for object in &mut self.objects {
+                if object.search == Search::Extrusion {
+                    object.budget = budget;
+                    object.tier = Tier::Fast;
+                    object.map = MapOptions::default();
+                    object.slack = 0.0;
+                    (object.steps, object.bisections) = Tier::Fast.default_effort();
+                }
+            }
+        }
     }
 
     /// Reads a scene from `text`; `path` is for messages and relative paths.

@@ -151,6 +151,9 @@ pub enum Choice {
     /// The exact ones where the device passes the canaries, else the fast or
     /// the portable ones.
     Trusted,
+    /// The fast ones, or the portable ones where the device takes no SPIR-V:
+    /// for pictures that need not be the CPU's word for word.
+    Fastest,
     /// These.
     These(Shaders),
 }
@@ -160,7 +163,8 @@ impl Choice {
     pub(super) fn on(self, device: &Device) -> Result<Shaders, RenderError> {
         match self {
             Choice::These(shaders) => Ok(shaders),
-            Choice::Trusted if !device.takes_spirv() => Ok(Shaders::Portable),
+            Choice::Trusted | Choice::Fastest if !device.takes_spirv() => Ok(Shaders::Portable),
+            Choice::Fastest => Ok(Shaders::Fast),
             Choice::Trusted => Ok(trusted(device.describe(), &signature(device)?)),
         }
     }

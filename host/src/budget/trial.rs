@@ -1,0 +1,197 @@
+//! How wrong a way to draw an object is, on some of the picture's own rays.
+
+use crate::mesh::Bounds;
+use crate::oracle::{MeshOracle, SHARE, Truth};
+use crate::prepare::PreparedScene;
+use crate::render::{CpuRenderer, RenderError, Renderer};
+use glam::{DVec3, Vec3};
+use relievo_shared::layout::Frame;
+
+/// Rays of a trial, roughly, where the object covers more pixels.
+const RAYS: f64 = 5_000.0;
+
+/// Standard deviations by which a share of some rays may differ from that of
+/// all pixels: one in two hundred does by more.
+const DOUBT: f64 = 2.6;
+
+/// What a trial found.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trial {
+    /// Rays on which the object or what it should be is seen.
+    pub rays: usize,
+    /// Pixels of the picture for each ray.
+    pub pixels_per_ray: f64,
+    /// The share of them that is wrong by more than the budget.
+    pub share_above: f64,
+    /// Most steps of the linear search on any of them.
+    pub steps: u32,
+}
+
+impl Trial {
+    /// Whether more care may help: not where far too much is wrong.
+    pub(super) fn is_near(&self) -> bool {
+        self.share_above <= 3.0 * (1.0 - SHARE)
+    }
+
+    /// Whether the picture keeps the budget, as far as one can tell from the rays.
+    pub fn keeps(&self) -> bool {
+        let allowed = 1.0 - SHARE;
+        let doubt = if self.pixels_per_ray > 1.0 {
+            DOUBT * (allowed * SHARE / self.rays.max(1) as f64).sqrt()
+        } else {
+            0.0
+        };
+        self.share_above <= (allowed - doubt).max(0.0)
+    }
+}
+
+/// The truth of one object on a grid of rays.
+pub(super) struct Judge<'a> {
+    oracle: MeshOracle<'a>,
+    truth: Truth,
+    frame: Frame,
+    /// Pixels between rays.
+    stride: f64,
+    eye: DVec3,
+}
+
+impl<'a> Judge<'a> {
+    /// Of the object of `reference`, which holds nothing else, in the picture
+    /// that is the scene's.
+    pub(super) fn new(reference: &'a PreparedScene) -> Judge<'a> {
+        let (frame, stride) = grid(reference);
+        let oracle = MeshOracle::new(reference);
+        let eye = DVec3::from(reference.camera.eye);
+        let truth = Truth::of(&oracle, eye, &frame);
+        Judge {
+            oracle,
+            truth,
+            frame,
+            stride,
+            eye,
+        }
+    }
+
+    /// How wrong `scene` is, which holds the same object drawn in another way.
+    pub(super) fn judge(
+        &self,
+        mut scene: PreparedScene,
+        budget: f64,
+    ) -> Result<Trial, RenderError> {
+        // A pixel is smaller than what lies between two rays.
+        for object in &mut scene.objects {
+            object.parameters.tolerance /= self.stride as f32;
+            object.parameters.slack /= self.stride as f32;
+        }
+        let words = CpuRenderer::new(&scene).geometry(&self.frame)?;
+        let (rays, share_above) = self.truth.share_above(
+            &self.oracle,
+            self.eye,
+            &self.frame,
+            self.stride,
+            &words,
+            budget,
+        );
+        let pixels = 0..words.surface.len();
+        Ok(Trial {
+            rays,
+            pixels_per_ray: self.stride * self.stride,
+            share_above,
+            steps: pixels.map(|i| words.steps(i)).max().unwrap_or_default(),
+        })
+    }
+}
+
+/// A frame of about [`RAYS`] rays over the rectangle of the picture in which
+/// the only object of `scene` may be seen, and the pixels between two rays.
+fn grid(scene: &PreparedScene) -> (Frame, f64) {
+    let frame = &scene.frame;
+    let [left, top, right, bottom] = rectangle(scene);
+    let area = (right - left) * (bottom - top);
+    let stride = (area / RAYS).sqrt().floor().max(1.0);
+    let start = Vec3::from(frame.ray_first)
+        + Vec3::from(frame.ray_right) * (left + 0.5 * (stride - 1.0).floor()) as f32
+        + Vec3::from(frame.ray_down) * (top + 0.5 * (stride - 1.0).floor()) as f32;
+    let sides = [right - left, bottom - top].map(|side| (side / stride).floor().max(1.0) as f32);
+    let grid = Frame {
+        ray_first: start.to_array(),
+        ray_right: (Vec3::from(frame.ray_right) * stride as f32).to_array(),
+        ray_down: (Vec3::from(frame.ray_down) * stride as f32).to_array(),
+        size: sides,
+        ..*frame
+    };
+    (grid, stride)
+}
+
+/// Left, top, right and bottom of what the object may cover, pixels.
+fn rectangle(scene: &PreparedScene) -> [f64; 4] {
+    let frame = &scene.frame;
+    let [width, height] = frame.size.map(f64::from);
+    let whole = [0.0, 0.0, width, height];
+    let Some(object) = scene.objects.first() else {
+        return whole;
+    };
+    let Bounds { min, max } = object.mesh.bounds;
+    // The smooth surface may bulge out of its mesh.
+    let margin = DVec3::splat(f64::from(object.parameters.depth) + 0.05 * min.distance(max));
+    let (low, high) = (min - margin - scene.origin, max + margin - scene.origin);
+    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let mut found = [width, height, 0.0, 0.0];
+    for corner in 0..8 {
+        let pick = |axis: usize| {
+            if corner >> axis & 1 == 0 {
+                low[axis]
+            } else {
+                high[axis]
+            }
+        };
+        let point = DVec3::new(pick(0), pick(1), pick(2)) - wide(frame.eye);
+        let z = point.dot(wide(frame.forward));
+        if z <= f64::from(frame.near) {
+            return whole;
+        }
+        let x = 0.5 * width * (1.0 + point.dot(wide(frame.right)) / z);
+        let y = 0.5 * height * (1.0 - point.dot(wide(frame.up)) / z);
+        found = [
+            found[0].min(x),
+            found[1].min(y),
+            found[2].max(x),
+            found[3].max(y),
+        ];
+    }
+    let [left, top, right, bottom] = found;
+    let found = [
+        (left.floor() - 1.0).max(0.0),
+        (top.floor() - 1.0).max(0.0),
+        (right.ceil() + 1.0).min(width),
+        (bottom.ceil() + 1.0).min(height),
+    ];
+    if found[0] < found[2] && found[1] < found[3] {
+        found
+    } else {
+        // Beside the picture: one ray is enough to see nothing.
+        [0.0, 0.0, 1.0, 1.0]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_rays_have_to_be_better() {
+        let trial = |rays, pixels_per_ray, share_above| Trial {
+            rays,
+            pixels_per_ray,
+            share_above,
+            steps: 0,
+        };
+        assert!(trial(5000, 1.0, 0.01).keeps());
+        assert!(!trial(5000, 1.0, 0.0101).keeps());
+        assert!(trial(5000, 4.0, 0.006).keeps());
+        assert!(!trial(5000, 4.0, 0.009).keeps());
+        assert!(!trial(100, 4.0, 0.001).keeps());
+        assert!(trial(100, 4.0, 0.0).keeps());
+        assert!(trial(0, 4.0, 0.0).keeps());
+    }
+}

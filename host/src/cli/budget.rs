@@ -1,0 +1,275 @@
+//! `relievo bench budget`.
+
+use super::progress::Bar;
+use super::{BenchBudgetArguments, Measured, say};
+use relievo::Error;
+use relievo::bench::Summary;
+use relievo::budget::{Held, Model, Outcome, Recipe, Study};
+use relievo::prepare::PreparedScene;
+use relievo::render::gpu::{Adapter, Choice, choose};
+use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::scene::{MapOptions, Tier};
+use relievo::shape_map::Storage;
+use std::time::Instant;
+
+/// The budgets that are measured, pixels.
+const BUDGETS: [f64; 3] = [0.1, 0.5, 2.0];
+
+pub fn run(arguments: &BenchBudgetArguments) -> anyhow::Result<()> {
+    if arguments.fit {
+        return fit(arguments);
+    }
+    let adapter = match arguments.backend {
+        Measured::Cpu => None,
+        Measured::Gpu => Some(choose(arguments.adapter.as_deref()).map_err(Error::from)?),
+        Measured::Both => choose(arguments.adapter.as_deref()).ok(),
+    };
+    let mut tally: [Tally; BUDGETS.len()] = Default::default();
+    let bar = Bar::new();
+    for number in 0..arguments.scenes {
+        bar.show(
+            format!("scene {} of {}", number + 1, arguments.scenes),
+            number as f64 / arguments.scenes as f64,
+        );
+        let study = study(arguments, number)?;
+        let held = study.hold(&BUDGETS)?;
+        for (held, tally) in held.iter().zip(&mut tally) {
+            tally.add(number, held);
+        }
+        if arguments.cost && study.has_truth() {
+            cost(&study, &held, adapter.as_ref(), arguments, &mut tally)?;
+        }
+    }
+    drop(bar);
+    for (budget, tally) in BUDGETS.iter().zip(&tally) {
+        tally.say(*budget, arguments.series)?;
+    }
+    Ok(())
+}
+
+fn study(arguments: &BenchBudgetArguments, number: u64) -> Result<Study, Error> {
+    Study::new(arguments.series, number, arguments.size, &arguments.assets)
+}
+
+/// Prints the models that fit the scenes.
+fn fit(arguments: &BenchBudgetArguments) -> anyhow::Result<()> {
+    let tiers = [Tier::Planar, Tier::Fast];
+    let recipes = tiers.map(|tier| Recipe::plain(tier, MapOptions::default()));
+    let mut cases = [Vec::new(), Vec::new()];
+    let bar = Bar::new();
+    for number in 0..arguments.scenes {
+        bar.show(
+            format!("scene {} of {}", number + 1, arguments.scenes),
+            number as f64 / arguments.scenes as f64,
+        );
+        let study = study(arguments, number)?;
+        let view = study.view()?;
+        if view.rays > 0 {
+            for (outcome, cases) in study.outcomes(&recipes)?.iter().zip(&mut cases) {
+                cases.push((view, outcome.error_px));
+            }
+        }
+    }
+    drop(bar);
+    for (tier, cases) in tiers.iter().zip(&cases) {
+        match Model::fit(cases) {
+            Some(model) => say(format_args!(
+                "{}, {} scenes: {model:?}",
+                tier.name(),
+                cases.len()
+            ))?,
+            None => say(format_args!("{}: too few scenes", tier.name()))?,
+        }
+    }
+    Ok(())
+}
+
+/// What was seen of one budget.
+#[derive(Default)]
+struct Tally {
+    scenes: usize,
+    kept: usize,
+    /// Not kept, though promised: scene and share of wrong pixels.
+    broken: Vec<(u64, f64)>,
+    /// Nobody promised it.
+    doubted: usize,
+    /// Scenes drawn in each tier.
+    tiers: [usize; Tier::ALL.len()],
+    /// Cost over that of the cheapest variant that keeps the budget: CPU, GPU.
+    cost: [Vec<f64>; 2],
+}
+
+impl Tally {
+    fn add(&mut self, number: u64, held: &Held) {
+        self.scenes += 1;
+        self.kept += usize::from(held.is_kept());
+        self.doubted += usize::from(held.plan.promise != relievo::budget::Promise::Kept);
+        if !held.is_honest() {
+            self.broken.push((number, held.share_above.unwrap_or(1.0)));
+        }
+        let tier = Tier::ALL
+            .iter()
+            .position(|tier| *tier == held.plan.recipe.tier);
+        self.tiers[tier.unwrap_or_default()] += 1;
+    }
+
+    fn say(&self, budget: f64, series: u64) -> anyhow::Result<()> {
+        let Tally {
+            scenes,
+            kept,
+            doubted,
+            ..
+        } = self;
+        let tiers: Vec<String> = Tier::ALL
+            .iter()
+            .zip(self.tiers)
+            .filter(|(_, count)| *count > 0)
+            .map(|(tier, count)| format!("{} {count}", tier.name()))
+            .collect();
+        say(format_args!(
+            "budget {budget} px: kept in {kept} of {scenes} random scenes; not promised in {doubted}; promised and not kept in {}; drawn {}",
+            self.broken.len(),
+            tiers.join(", "),
+        ))?;
+        for (number, share) in &self.broken {
+            say(format_args!(
+                "  scene {number} of series {series}: {:.2} % of the pixels are worse",
+                100.0 * share
+            ))?;
+        }
+        for (name, ratios) in ["CPU", "GPU"].iter().zip(&self.cost) {
+            if let Some(summary) = Summary::of(ratios) {
+                say(format_args!(
+                    "  {name}: a frame takes {:.2} times that of the cheapest variant that keeps the budget (median of {}; quartiles {:.2} to {:.2}, at most {:.2})",
+                    summary.median,
+                    ratios.len(),
+                    summary.lower_quartile,
+                    summary.upper_quartile,
+                    summary.maximum,
+                ))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Every variant that plans are compared with.
+fn sweep() -> Vec<Recipe> {
+    let maps = [
+        MapOptions::default(),
+        MapOptions {
+            storage: Storage::R8,
+            reduction: 4,
+        },
+    ];
+    let mut all = Vec::new();
+    for tier in [Tier::Planar, Tier::Fast, Tier::Accurate] {
+        let tolerances: &[f64] = if tier == Tier::Accurate {
+            &[0.02, 0.25]
+        } else {
+            &[0.02]
+        };
+        for map in maps {
+            let plain = Recipe::plain(tier, map);
+            for tolerance in tolerances {
+                for slack in [0.0, 0.02] {
+                    for (steps, bisections) in [(plain.steps, plain.bisections), (32, 4)] {
+                        all.push(Recipe {
+                            tolerance: *tolerance,
+                            slack,
+                            steps,
+                            bisections,
+                            ..plain
+                        });
+                    }
+                }
+            }
+        }
+    }
+    all
+}
+
+/// Times the plans of a scene beside the variants of the sweep, in turn.
+fn cost(
+    study: &Study,
+    held: &[Held],
+    adapter: Option<&Adapter>,
+    arguments: &BenchBudgetArguments,
+    tally: &mut [Tally],
+) -> anyhow::Result<()> {
+    let variants = study.outcomes(&sweep())?;
+    let drawable = variants
+        .iter()
+        .filter(|outcome| outcome.error_px.is_finite());
+    let recipes = drawable
+        .clone()
+        .map(|outcome| outcome.recipe)
+        .chain(held.iter().map(|held| held.plan.recipe));
+    let scenes = recipes
+        .map(|recipe| study.drawn(&recipe))
+        .collect::<Result<Vec<_>, _>>()?;
+    let mut times = Vec::new();
+    if arguments.backend != Measured::Gpu {
+        times.push((0, cpu_times(&scenes, arguments.frames)?));
+    }
+    if let Some(adapter) = adapter {
+        times.push((1, gpu_times(&scenes, adapter, arguments.frames)?));
+    }
+    let variants: Vec<&Outcome> = drawable.collect();
+    for (backend, times) in times {
+        let (of_variants, of_plans) = times.split_at(variants.len());
+        for ((budget, tally), (held, time)) in BUDGETS
+            .iter()
+            .zip(&mut *tally)
+            .zip(held.iter().zip(of_plans))
+        {
+            let keepers = variants.iter().zip(of_variants);
+            let cheapest = keepers
+                .filter(|(variant, _)| variant.error_px <= *budget)
+                .map(|(_, time)| *time)
+                .reduce(f64::min);
+            // The plan itself may be the cheapest.
+            if let Some(cheapest) = cheapest.filter(|_| held.is_kept()) {
+                tally.cost[backend].push(time / cheapest.min(*time));
+            }
+        }
+    }
+    Ok(())
+}
+
+fn medians(times: &[Vec<f64>]) -> Vec<f64> {
+    let median = |times: &Vec<f64>| Summary::of(times).map_or(0.0, |summary| summary.median);
+    times.iter().map(median).collect()
+}
+
+/// Median seconds of a frame of each of `scenes`, in turn.
+fn cpu_times(scenes: &[PreparedScene], frames: u32) -> Result<Vec<f64>, Error> {
+    let mut renderers: Vec<_> = scenes.iter().map(CpuRenderer::new).collect();
+    let mut times = vec![Vec::new(); scenes.len()];
+    for round in 0..=frames {
+        for ((renderer, scene), times) in renderers.iter_mut().zip(scenes).zip(&mut times) {
+            let start = Instant::now();
+            renderer.color(&scene.frame)?;
+            if round > 0 {
+                times.push(start.elapsed().as_secs_f64());
+            }
+        }
+    }
+    Ok(medians(&times))
+}
+
+/// As [`cpu_times`], on `adapter`.
+fn gpu_times(scenes: &[PreparedScene], adapter: &Adapter, frames: u32) -> Result<Vec<f64>, Error> {
+    let renderer = |scene| GpuRenderer::new(scene, adapter, Choice::Fastest);
+    let mut renderers = scenes.iter().map(renderer).collect::<Result<Vec<_>, _>>()?;
+    let mut times = vec![Vec::new(); scenes.len()];
+    for round in 0..=frames {
+        for ((renderer, scene), times) in renderers.iter_mut().zip(scenes).zip(&mut times) {
+            let time = renderer.time_color(&scene.frame)?;
+            if round > 0 {
+                times.push(time.pass.unwrap_or(time.wall).as_secs_f64());
+            }
+        }
+    }
+    Ok(medians(&times))
+}
