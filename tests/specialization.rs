@@ -1,9 +1,10 @@
 //! What a scene does not need is left out, and nobody sees that in the picture.
 
+use relievo::budget::Promise;
 use relievo::explain::explain;
-use relievo::prepare::{PreparedScene, prepare};
+use relievo::prepare::{PreparedScene, prepare, prepare_view};
 use relievo::render::gpu::{Choice, EntryPoints, Extent, Memory, Pictures, Shaders};
-use relievo::render::{GpuRenderer, Renderer};
+use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::scene::{Scene, Tier};
 use relievo::verify::matrix::for_each_variant;
 use relievo_tests::{asset, every_adapter};
@@ -62,6 +63,73 @@ fn a_planar_basic_shader_holds_half_the_instructions() {
             "{shader:?}"
         );
     }
+}
+
+/// A budget lets the map shrink, and nothing else is kept that nobody reads.
+#[test]
+fn a_planar_basic_scene_takes_half_the_memory() {
+    let scene = prepared("plane.toml", |scene| {
+        for object in &mut scene.objects {
+            object.extrusion.bevel = 0.0;
+        }
+        // The border of the plane, which has no cut sides in this tier, is out.
+        scene.field_of_view = 15.0;
+        scene.set_budget(Some(0.5));
+    });
+    let explanation = explain(&scene).unwrap();
+    let plan = explanation.objects[0].plan.as_ref().unwrap();
+    assert_eq!(
+        (plan.recipe.tier, &plan.promise),
+        (Tier::Planar, &Promise::Kept)
+    );
+    let (needed, general) = (explanation.memory, explanation.general_memory);
+    assert!(needed.triangles > 0 && needed.prisms == 0);
+    assert!(
+        2 * needed.scene() <= general.scene(),
+        "{needed:?} {general:?}"
+    );
+}
+
+/// Objects beside the picture are not prepared, and nobody sees that in it.
+#[test]
+fn what_is_not_in_the_picture_is_not_prepared() {
+    let mut scene = Scene::load(&asset("scenes/together.toml")).unwrap();
+    scene.size = [160, 120];
+    let camera = scene.camera.as_mut().unwrap();
+    camera.target = [0.15, 0.85, 0.05];
+    let frame_words = |prepared: &PreparedScene| {
+        let mut cpu = CpuRenderer::new(prepared);
+        (
+            cpu.color(&prepared.frame).unwrap(),
+            prepared.outside.clone(),
+        )
+    };
+    // The ball alone, through a telephoto lens from above the ring.
+    camera.eye = [0.15, 20.0, 0.15];
+    scene.field_of_view = 0.5;
+    let mut far = scene.objects[2].clone();
+    far.name = "far".to_string();
+    far.translate = [30.0, 0.0, 0.0];
+    scene.objects.push(far);
+    let (whole, all_in) = frame_words(&prepare(&scene, &|_| ()).unwrap());
+    let (view, outside) = frame_words(&prepare_view(&scene, &|_| ()).unwrap());
+    assert!(all_in.is_empty());
+    assert_eq!(outside, ["far"]);
+    assert!(whole == view);
+
+    // Everything behind the eye.
+    let camera = scene.camera.as_mut().unwrap();
+    camera.target = [0.15, 40.0, 0.05];
+    camera.up = [0.0, 0.0, 1.0];
+    let nothing = prepare_view(&scene, &|_| ()).unwrap();
+    assert!(nothing.objects.is_empty() && nothing.outside.len() == 4);
+    assert!(frame_words(&nothing).0 == frame_words(&prepare(&scene, &|_| ()).unwrap()).0);
+    assert!(
+        explain(&nothing)
+            .unwrap()
+            .to_string()
+            .contains("not in the picture")
+    );
 }
 
 /// What is foreseen is what is made.

@@ -50,8 +50,10 @@ pub struct ObjectPlan {
 /// What a scene needs.
 #[derive(Clone, Debug)]
 pub struct Explanation {
-    /// Each object.
+    /// Each object in the picture.
     pub objects: Vec<ObjectPlan>,
+    /// Names of the objects that are not in it, and not prepared.
+    pub outside: Vec<String>,
     /// What it takes of a device to draw its picture.
     pub memory: Memory,
     /// What it takes where everything is made: triangles and prisms, colours and
@@ -75,6 +77,7 @@ pub fn explain(scene: &PreparedScene) -> Result<Explanation, RenderError> {
                 shaders: modules.each_ref().map(|module| shader_cost(object, module)),
             })
             .collect(),
+        outside: scene.outside.clone(),
         memory: Memory::of(scene, Extent::Needed, Pictures::Color),
         general_memory: Memory::of(scene, Extent::Everything, Pictures::ColorAndGeometry),
     })
@@ -196,6 +199,12 @@ impl fmt::Display for Explanation {
                 )?;
             }
         }
+        for name in &self.outside {
+            writeln!(
+                formatter,
+                "object {name:?}: out, not in the picture; its mesh and pattern are not prepared"
+            )?;
+        }
         let (needed, general) = (&self.memory, &self.general_memory);
         writeln!(formatter, "GPU memory, bytes; in brackets with everything")?;
         for (name, bytes, of) in [
@@ -207,6 +216,12 @@ impl fmt::Display for Explanation {
         ] {
             writeln!(formatter, "  {name}: {bytes} ({of})")?;
         }
+        let (scene, of) = (needed.scene(), general.scene());
+        writeln!(
+            formatter,
+            "  without pictures: {scene} ({of}), {}",
+            share(scene, of)
+        )?;
         let (total, of) = (needed.total(), general.total());
         write!(
             formatter,

@@ -1,6 +1,6 @@
 //! From pixels to rays, and from distances to depth.
 
-use crate::arithmetic::{div, normalize_or, sqrt};
+use crate::arithmetic::{div, normalize_or};
 use crate::layout::{Frame, vec3};
 use crate::{Real, Vec3};
 
@@ -12,13 +12,6 @@ pub fn pixel_ray(frame: &Frame, x: u32, y: u32) -> Vec3 {
         + vec3(frame.ray_right) * (x as i32 as Real)
         + vec3(frame.ray_down) * (y as i32 as Real);
     normalize_or(raw, vec3(frame.forward))
-}
-
-/// Width of a pixel in the picture's middle at distance 1, object units.
-#[inline]
-pub fn pixel_width(frame: &Frame) -> Real {
-    let pixel = vec3(frame.ray_right);
-    sqrt(pixel.dot(pixel))
 }
 
 /// Depth to compare and to write: near plane over distance along the view

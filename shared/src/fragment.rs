@@ -1,7 +1,7 @@
 //! One pixel of one triangle, from the ray to the colour.
 
-use crate::arithmetic::{floor, max};
-use crate::camera::{pixel_width, reversed_depth};
+use crate::arithmetic::floor;
+use crate::camera::reversed_depth;
 use crate::contract::{check, check2, check3};
 use crate::facet::{self, FacetHit};
 use crate::layout::{Frame, Object, SEARCH_PAPER, SEARCH_RELIEF, TIER_FAST, Triangle, vec3};
@@ -71,12 +71,6 @@ pub fn enter(object: &Object, triangle: &Triangle, direction: Vec3, facet: &Face
     Entry { surface, path }
 }
 
-/// How far before the solid a search may end at distance 1, texels.
-#[inline]
-pub fn slack(frame: &Frame, object: &Object) -> Real {
-    object.slack * pixel_width(frame)
-}
-
 /// Searches the shell behind `entry` for the first hit, in the way of the
 /// `SEARCH_` constant `SEARCH`: a parameter of the type, so that a shader holds
 /// only what it runs. A hit in front of the near plane is a miss.
@@ -109,7 +103,7 @@ pub fn trace<const SEARCH: u32, T: Texels + ?Sized>(
             &Effort {
                 linear_steps: object.linear_steps,
                 binary_steps: object.binary_steps,
-                slack: slack(frame, object) * max(entry.path.entry_t, 0.0),
+                slack: object.slack * entry.path.entry_t,
             },
         )
     };

@@ -152,8 +152,8 @@ pub struct Object {
     pub specular: Real,
     /// How far beside its place a ray may be searched in the accurate tier, pixels.
     pub tolerance: Real,
-    /// How far before the solid a search may end: texels in an object unit of
-    /// the surface, times pixels; ≥ 0. Times a pixel's width this is in texels.
+    /// How far before the solid a search may end, texels at distance 1 from the
+    /// eye, ≥ 0: where a pixel is wider, more.
     pub slack: Real,
     /// Linear RGB of the cap (the mesh surface).
     pub cap_color: [Real; 3],

@@ -2,9 +2,9 @@
 //! tier's counterpart of [`crate::fragment`].
 
 use crate::arithmetic::{div, floor, kept3, normalize_or, sqrt};
-use crate::camera::{pixel_width, reversed_depth};
+use crate::camera::reversed_depth;
 use crate::contract::{check, check2, check3};
-use crate::fragment::{Hit, Normals, slack};
+use crate::fragment::{Hit, Normals};
 use crate::layout::{Frame, Object, vec3};
 use crate::light;
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_MISS, CLASS_WALL, class_of};
@@ -31,7 +31,8 @@ pub struct ShellHit {
 /// The tolerance of `object` at distance 1, object units.
 #[inline]
 fn blur(frame: &Frame, object: &Object) -> Real {
-    object.tolerance * pixel_width(frame)
+    let pixel = vec3(frame.ray_right);
+    object.tolerance * sqrt(pixel.dot(pixel))
 }
 
 /// Searches the shell of `object` for the first hit of a ray that comes into it
@@ -49,7 +50,7 @@ pub fn trace<S: Shells + ?Sized, T: Texels + ?Sized>(
         shells,
         depth: object.depth,
         blur: blur(frame, object),
-        slack: slack(frame, object),
+        slack: object.slack,
         profile: &Profile::new(object),
         map: &ShapeMap::new(object),
         texels,

@@ -28,18 +28,20 @@ pub struct Model {
     pub high: f64,
 }
 
-/// Errors of the planar tier; fitted by `relievo bench budget --fit`.
+/// Errors of the planar tier; fitted by
+/// `relievo bench budget --fit --series 1 --scenes 120 --size 128x96`.
 pub const PLANAR: Model = Model {
-    coefficients: [0.0, 0.0, 0.0, 0.0],
-    low: 0.0,
-    high: f64::INFINITY,
+    coefficients: [-0.936, 0.186, 0.441, 0.853],
+    low: 0.081,
+    high: 12.3,
 };
 
-/// Errors of the fast tier; fitted by `relievo bench budget --fit`.
+/// Errors of the fast tier; fitted by
+/// `relievo bench budget --fit --series 1 --scenes 120 --size 128x96`.
 pub const FAST: Model = Model {
-    coefficients: [0.0, 0.0, 0.0, 0.0],
-    low: 0.0,
-    high: f64::INFINITY,
+    coefficients: [-4.262, -0.126, 0.641, 1.116],
+    low: 0.058,
+    high: 13.0,
 };
 
 fn terms(view: &View) -> DVec4 {

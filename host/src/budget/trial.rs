@@ -81,7 +81,6 @@ impl<'a> Judge<'a> {
         // A pixel is smaller than what lies between two rays.
         for object in &mut scene.objects {
             object.parameters.tolerance /= self.stride as f32;
-            object.parameters.slack /= self.stride as f32;
         }
         let words = CpuRenderer::new(&scene).geometry(&self.frame)?;
         let (rays, share_above) = self.truth.share_above(

@@ -74,7 +74,8 @@ fn judge(number: usize, path: &Path, arguments: &AccuracyArguments) -> anyhow::R
 /// The closed forms of a scene's objects, and what they are.
 fn analytic(loaded: &Loaded) -> Result<(Box<dyn Oracle + '_>, Vec<String>), UnknownShape> {
     let (mut oracles, mut names) = (Vec::new(), Vec::new());
-    for (object, prepared) in loaded.scene.objects.iter().zip(&loaded.prepared.objects) {
+    for prepared in &loaded.prepared.objects {
+        let object = &loaded.scene.objects[prepared.number];
         let oracle = AnalyticOracle::find(object, prepared)?;
         names.push(format!("{} {}", object.tier.name(), oracle.shape.name()));
         oracles.push(Box::new(oracle) as Box<dyn Oracle>);

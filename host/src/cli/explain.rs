@@ -1,13 +1,13 @@
 //! `relievo explain`.
 
-use super::session::load_with;
+use super::session::load_view;
 use super::{ExplainArguments, say};
 use relievo::Error;
 use relievo::explain::explain;
 
 pub fn run(arguments: &ExplainArguments) -> anyhow::Result<()> {
     for path in &arguments.scenes {
-        let loaded = load_with(path, arguments.size, |scene| {
+        let loaded = load_view(path, arguments.size, |scene| {
             scene.set_budget(arguments.budget);
         })?;
         let explanation = explain(&loaded.prepared).map_err(Error::from)?;

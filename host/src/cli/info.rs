@@ -55,7 +55,8 @@ fn show(Loaded { scene, prepared }: &Loaded) -> anyhow::Result<()> {
             ""
         }
     ))?;
-    for (object, prepared) in scene.objects.iter().zip(&prepared.objects) {
+    for prepared in &prepared.objects {
+        let object = &scene.objects[prepared.number];
         let (mesh, map) = (&prepared.mesh, &prepared.map);
         let report = &mesh.report;
         say(format_args!("object {:?}:", object.name))?;

@@ -1,6 +1,6 @@
 //! `relievo render`.
 
-use super::session::{Loaded, choose_renderer, load_with, say_plans};
+use super::session::{Loaded, choose_renderer, load_view, say_plans};
 use super::{RenderArguments, say};
 use relievo::Error;
 use relievo::aov::save_exr;
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
-    let Loaded { scene, prepared } = load_with(&arguments.scene, arguments.size, |scene| {
+    let Loaded { scene, prepared } = load_view(&arguments.scene, arguments.size, |scene| {
         scene.set_budget(arguments.budget);
     })?;
     let output = arguments.output.clone().unwrap_or_else(|| {

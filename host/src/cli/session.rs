@@ -4,7 +4,7 @@ use super::progress::Bar;
 use super::{Backend, say};
 use relievo::Error;
 use relievo::budget::Promise;
-use relievo::prepare::{PreparedScene, prepare};
+use relievo::prepare::{PreparedScene, Step, prepare, prepare_view};
 use relievo::render::gpu::{Choice, adapters, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Scene;
@@ -28,6 +28,24 @@ pub fn load_with(
     path: &Path,
     size: Option<[u32; 2]>,
     change: impl FnOnce(&mut Scene),
+) -> Result<Loaded, Error> {
+    load_by(path, size, change, prepare)
+}
+
+/// As [`load_with`], without the objects that are not in the picture.
+pub fn load_view(
+    path: &Path,
+    size: Option<[u32; 2]>,
+    change: impl FnOnce(&mut Scene),
+) -> Result<Loaded, Error> {
+    load_by(path, size, change, prepare_view)
+}
+
+fn load_by(
+    path: &Path,
+    size: Option<[u32; 2]>,
+    change: impl FnOnce(&mut Scene),
+    prepare: impl FnOnce(&Scene, &(dyn Fn(Step) + Sync)) -> Result<PreparedScene, Error>,
 ) -> Result<Loaded, Error> {
     let mut scene = Scene::load(path)?;
     change(&mut scene);

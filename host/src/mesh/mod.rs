@@ -191,6 +191,26 @@ impl Mesh {
         prepare::prepare(&source, path, options)
     }
 
+    /// As [`Mesh::load`], but where `is_wanted` says no to the box around the
+    /// mesh, that box is all there is.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`].
+    pub fn load_if(
+        path: &Path,
+        options: &MeshOptions,
+        is_wanted: &dyn Fn(&Bounds) -> bool,
+    ) -> Result<Result<Self, Bounds>, MeshError> {
+        let source = SourceMesh::load(path, options.limit())?;
+        let bounds = prepare::bounds(&source, path, options)?;
+        if is_wanted(&bounds) {
+            prepare::prepare(&source, path, options).map(Ok)
+        } else {
+            Ok(Err(bounds))
+        }
+    }
+
     /// Prepares a mesh from the text of an OBJ file; `path` is named in errors
     /// only.
     ///

@@ -115,6 +115,19 @@ pub(super) fn prepare(
     })
 }
 
+/// The box around all positions.
+pub(super) fn bounds(
+    source: &SourceMesh,
+    path: &Path,
+    options: &MeshOptions,
+) -> Result<Bounds, MeshError> {
+    let rotation = checked_rotation(path, options)?;
+    let positions = source.positions.iter();
+    Ok(Bounds::of(positions.map(|position| {
+        options.translation + rotation * (options.scale * *position)
+    })))
+}
+
 /// The rotation at unit length; an error if the transform cannot be used.
 fn checked_rotation(path: &Path, options: &MeshOptions) -> Result<DQuat, MeshError> {
     let failure = |problem: String| MeshError::InvalidTransform {

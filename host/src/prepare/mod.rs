@@ -12,7 +12,7 @@ pub use view::unlit_frame;
 use crate::Error;
 use crate::budget::{self, Plan};
 use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell};
-use crate::scene::{Camera, Scene, SceneObject};
+use crate::scene::{Camera, MapOptions, Scene, SceneObject};
 use crate::shape_map::ShapeMap;
 use crate::shell::narrow_shell;
 use glam::{DQuat, DVec3, EulerRot};
@@ -38,6 +38,8 @@ pub struct PreparedScene {
     pub background: [f32; 3],
     /// What is drawn, in order.
     pub objects: Vec<PreparedObject>,
+    /// Names of the objects that lie outside the picture and are not prepared.
+    pub outside: Vec<String>,
     /// The middle of all objects, world units: positions are relative to it.
     pub origin: DVec3,
     /// The camera in world units, also where the scene file has none.
@@ -50,6 +52,8 @@ pub struct PreparedScene {
 pub struct PreparedObject {
     /// The object's name.
     pub name: String,
+    /// Its number in the scene, from 0.
+    pub number: usize,
     /// Its parameters.
     pub parameters: Object,
     /// Its triangles, relative to the scene's origin.
@@ -58,6 +62,8 @@ pub struct PreparedObject {
     pub shells: Vec<Shell>,
     /// Its shape map; objects with the same pattern share it.
     pub map: Arc<ShapeMap>,
+    /// How that was made of a plain pattern.
+    pub map_options: MapOptions,
     /// The mesh it came from; objects with the same mesh and transform share it.
     pub mesh: Arc<Mesh>,
     /// How it came to be drawn so, where the scene gives it a budget.
@@ -81,9 +87,40 @@ pub enum Step {
 /// # Errors
 /// [`Error`] for the first object whose assets cannot be used.
 pub fn prepare(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<PreparedScene, Error> {
+    assemble(scene, &|_| true, progress)
+}
+
+/// As [`prepare`], but for the picture of the scene's own camera only: meshes
+/// that lie outside of it are read for their extent and not prepared. The
+/// picture is the same.
+///
+/// # Errors
+/// As [`prepare`], but not for what is found in preparing what is not seen.
+pub fn prepare_view(
+    scene: &Scene,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<PreparedScene, Error> {
+    match scene.camera {
+        Some(camera) => assemble(
+            scene,
+            &|bounds| view::sees(scene, &camera, bounds),
+            progress,
+        ),
+        // That of a scene without one sees everything.
+        None => prepare(scene, progress),
+    }
+}
+
+fn assemble(
+    scene: &Scene,
+    is_seen: &dyn Fn(&Bounds) -> bool,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<PreparedScene, Error> {
     let start = Instant::now();
-    let mut shapes = Shapes::load(scene, progress)?;
-    let meshes = load_meshes(scene, progress)?;
+    let meshes = load_meshes(scene, is_seen, progress)?;
+    let seen = || (0..).zip(&meshes).filter(|(_, mesh)| mesh.mesh.is_some());
+    let seen: Vec<usize> = seen().map(|(number, _)| number).collect();
+    let mut shapes = Shapes::load(seen.iter().map(|&number| &scene.objects[number]), progress)?;
 
     let bounds = meshes
         .iter()
@@ -98,26 +135,46 @@ pub fn prepare(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Prepar
         .camera
         .unwrap_or_else(|| default_camera(&bounds, scene));
 
-    let objects = scene
-        .objects
-        .iter()
-        .zip(meshes)
-        .map(|(object, mesh)| make(scene, object, mesh, &mut shapes, origin))
-        .collect::<Result<Vec<_>, _>>()?;
+    let frame = frame(scene, &camera, origin, &bounds, scene.size);
+    let view = View {
+        origin,
+        pixel: DVec3::from(frame.ray_right.map(f64::from)).length(),
+    };
+    let mut objects = Vec::with_capacity(seen.len());
+    let mut outside = Vec::new();
+    for ((number, object), mesh) in scene.objects.iter().enumerate().zip(meshes) {
+        match mesh.mesh {
+            Some(mesh) => {
+                let made = make(scene, object, mesh, &mut shapes, view)?;
+                objects.push(PreparedObject { number, ..made });
+            }
+            None => outside.push(object.name.clone()),
+        }
+    }
 
     let mut prepared = PreparedScene {
-        frame: frame(scene, &camera, origin, &bounds, scene.size),
+        frame,
         size: scene.size,
         supersampling: scene.supersampling,
         background: scene.background.linear(),
         objects,
+        outside,
         origin,
         camera,
         preparation: Duration::ZERO,
     };
-    keep_budgets(scene, &mut prepared, &mut shapes, progress)?;
+    keep_budgets(scene, &mut prepared, &mut shapes, view, progress)?;
     prepared.preparation = start.elapsed();
     Ok(prepared)
+}
+
+/// What objects are prepared for.
+#[derive(Clone, Copy)]
+struct View {
+    /// The scene's origin, world units.
+    origin: DVec3,
+    /// A pixel's width at distance 1, world units.
+    pixel: f64,
 }
 
 /// One object, drawn as it says.
@@ -126,14 +183,14 @@ fn make(
     object: &SceneObject,
     mesh: Arc<Mesh>,
     shapes: &mut Shapes,
-    origin: DVec3,
+    view: View,
 ) -> Result<PreparedObject, Error> {
     let map = shapes.map(object).map_err(|problem| Error::Object {
         scene: scene.path.clone(),
         name: object.name.clone(),
         problem,
     })?;
-    prepare_object(scene, object, mesh, map, origin)
+    prepare_object(scene, object, mesh, map, view)
 }
 
 /// Plans how the objects with a budget are drawn.
@@ -141,28 +198,32 @@ fn keep_budgets(
     scene: &Scene,
     prepared: &mut PreparedScene,
     shapes: &mut Shapes,
+    view: View,
     progress: &(dyn Fn(Step) + Sync),
 ) -> Result<(), Error> {
     if scene.objects.iter().all(|object| object.budget.is_none()) {
         return Ok(());
     }
     let views = budget::look(prepared);
-    for (index, object) in scene.objects.iter().enumerate() {
+    for (index, shown) in views.into_iter().enumerate() {
+        let PreparedObject { number, mesh, .. } = &prepared.objects[index];
+        let (number, mesh) = (*number, mesh.clone());
+        let object = &scene.objects[number];
         let Some(budget) = object.budget else {
             continue;
         };
         progress(Step::Plan(object.name.clone()));
-        let mesh = prepared.objects[index].mesh.clone();
         let (plan, drawn) = budget::plan(
             object,
             budget,
-            views[index],
+            shown,
             shapes.plain_size(object),
             prepared,
-            &mut |object| make(scene, object, mesh.clone(), shapes, prepared.origin),
+            &mut |object| make(scene, object, mesh.clone(), shapes, view),
         )?;
         tracing::info!("{:?}: {plan}", object.name);
         prepared.objects[index] = PreparedObject {
+            number,
             plan: Some(plan),
             ..drawn
         };
@@ -192,6 +253,7 @@ impl PreparedScene {
     pub(crate) fn alone(&self, object: PreparedObject) -> PreparedScene {
         PreparedScene {
             objects: vec![object],
+            outside: Vec::new(),
             ..*self
         }
     }
@@ -237,15 +299,33 @@ impl PreparedObject {
         }
     }
 
+    /// Bytes of its map where nobody asks for another: 16 bits a texel, as many
+    /// texels as its pattern has pixels.
+    pub fn plain_map_bytes(&self) -> u64 {
+        let side = |texels: u32| u64::from(texels) * u64::from(self.map_options.reduction);
+        side(self.map.width()) * side(self.map.height()) * 2
+    }
+
     /// Whether rays are followed through prisms.
     pub fn has_prisms(&self) -> bool {
         self.parameters.search == SEARCH_PRISMS
     }
 }
 
+/// The mesh of an object, unless it is not seen.
+#[derive(Clone)]
+struct Loaded {
+    mesh: Option<Arc<Mesh>>,
+    bounds: Bounds,
+}
+
 /// The mesh of each object, loaded once for objects that share it.
-fn load_meshes(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Vec<Arc<Mesh>>, Error> {
-    let mut loaded: Vec<(PathBuf, MeshOptions, Arc<Mesh>)> = Vec::new();
+fn load_meshes(
+    scene: &Scene,
+    is_seen: &dyn Fn(&Bounds) -> bool,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<Vec<Loaded>, Error> {
+    let mut loaded: Vec<(PathBuf, MeshOptions, Loaded)> = Vec::new();
     let mut meshes = Vec::with_capacity(scene.objects.len());
     for object in &scene.objects {
         let options = MeshOptions {
@@ -262,7 +342,13 @@ fn load_meshes(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Vec<Ar
             Some((_, _, mesh)) => mesh.clone(),
             None => {
                 progress(Step::Mesh(object.mesh.clone()));
-                let mesh = Arc::new(Mesh::load(&object.mesh, &options)?);
+                let mesh = match Mesh::load_if(&object.mesh, &options, is_seen)? {
+                    Ok(mesh) => Loaded {
+                        bounds: mesh.bounds,
+                        mesh: Some(Arc::new(mesh)),
+                    },
+                    Err(bounds) => Loaded { mesh: None, bounds },
+                };
                 loaded.push((object.mesh.clone(), options, mesh.clone()));
                 mesh
             }

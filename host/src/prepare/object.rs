@@ -1,6 +1,6 @@
 //! One object: its parameters, its triangles and its prisms.
 
-use super::{PreparedObject, narrow};
+use super::{PreparedObject, View, narrow};
 use crate::Error;
 use crate::budget::smaller_stretch;
 use crate::mesh::{Mesh, MeshCorner, MeshTriangle};
@@ -19,7 +19,7 @@ pub(super) fn prepare_object(
     object: &SceneObject,
     mesh: Arc<Mesh>,
     map: Arc<ShapeMap>,
-    origin: DVec3,
+    View { origin, pixel }: View,
 ) -> Result<PreparedObject, Error> {
     let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
     let extrusion =
@@ -46,7 +46,7 @@ pub(super) fn prepare_object(
         specular: specular as f32,
         tolerance: object.tolerance as f32,
         slack: if object.slack > 0.0 {
-            (object.slack * coarsest_texels(&mesh, object.repeat, &map)) as f32
+            (object.slack * pixel * coarsest_texels(&mesh, object.repeat, &map)) as f32
         } else {
             0.0
         },
@@ -82,10 +82,12 @@ pub(super) fn prepare_object(
         .collect();
     let mut prepared = PreparedObject {
         name: object.name.clone(),
+        number: 0,
         parameters,
         triangles,
         shells: Vec::new(),
         map,
+        map_options: object.map,
         mesh,
         plan: None,
     };

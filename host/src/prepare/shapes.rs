@@ -3,7 +3,7 @@
 
 use super::Step;
 use crate::Error;
-use crate::scene::{MapOptions, Scene, SceneObject};
+use crate::scene::{MapOptions, SceneObject};
 use crate::shape_map::{DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -31,11 +31,14 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    /// Reads every pattern of `scene`.
-    pub(super) fn load(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<Shapes, Error> {
+    /// Reads the pattern of each of `objects`.
+    pub(super) fn load<'a>(
+        objects: impl Iterator<Item = &'a SceneObject>,
+        progress: &(dyn Fn(Step) + Sync),
+    ) -> Result<Shapes, Error> {
         let mut shapes = BTreeMap::new();
         // One after the other: each is spread over the cores by itself.
-        for object in &scene.objects {
+        for object in objects {
             let key = key(object);
             if let std::collections::btree_map::Entry::Vacant(place) = shapes.entry(key) {
                 place.insert(Shape::load(object, progress)?);

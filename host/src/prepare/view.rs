@@ -78,3 +78,61 @@ pub fn unlit_frame(
         ..Frame::default()
     }
 }
+
+/// Share of its diagonal by which a smooth surface may bulge out of its mesh.
+const BULGE: f64 = 0.1;
+
+/// Whether something of a mesh with these `bounds` may be in the picture of
+/// `scene` from `camera`: not if it lies behind one side of the view.
+pub(super) fn sees(scene: &Scene, camera: &Camera, bounds: &Bounds) -> bool {
+    let eye = DVec3::from(camera.eye);
+    let forward = (DVec3::from(camera.target) - eye).normalize();
+    let right = forward.cross(DVec3::from(camera.up)).normalize();
+    let up = right.cross(forward);
+    let [width, height] = scene.size.map(f64::from);
+    let tan_y = (0.5 * scene.field_of_view.to_radians()).tan();
+    let tan_x = tan_y * width / height;
+    // Distances grow inwards.
+    let sides = [
+        forward,
+        forward * tan_x + right,
+        forward * tan_x - right,
+        forward * tan_y + up,
+        forward * tan_y - up,
+    ];
+    let depths = scene.objects.iter().filter_map(|object| object.depth);
+    let margin = BULGE * bounds.diagonal() + depths.fold(0.0, f64::max);
+    let half = DVec3::splat(margin) + 0.5 * (bounds.max - bounds.min);
+    let centre = bounds.centre() - eye;
+    sides
+        .iter()
+        .all(|side| side.dot(centre) + side.abs().dot(half) >= 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn what_lies_behind_a_side_is_not_seen() {
+        let text = "[image]\nsize = [200, 100]\n[camera]\neye = [0, 0, 10]\nfov = 60\n[[object]]\nmesh = 'a'\nshape = 'b'\n";
+        let scene = Scene::parse(text, Path::new("a.toml")).unwrap();
+        let camera = scene.camera.unwrap();
+        let sees = |x: f64, y: f64, z: f64| {
+            let centre = DVec3::new(x, y, z);
+            let bounds = Bounds {
+                min: centre - 0.5,
+                max: centre + 0.5,
+            };
+            sees(&scene, &camera, &bounds)
+        };
+        assert!(sees(0.0, 0.0, 0.0));
+        // Half a picture is 5.8 high and 11.5 wide at the origin.
+        assert!(sees(0.0, 6.0, 0.0) && !sees(0.0, 8.0, 0.0) && !sees(0.0, -8.0, 0.0));
+        assert!(sees(12.0, 0.0, 0.0) && !sees(14.0, 0.0, 0.0) && !sees(-14.0, 0.0, 0.0));
+        assert!(sees(0.0, 0.0, 10.2) && !sees(0.0, 0.0, 12.0));
+        // Around the eye.
+        assert!(sees(0.0, 0.0, 9.9));
+    }
+}

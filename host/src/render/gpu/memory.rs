@@ -36,8 +36,8 @@ pub struct Memory {
 }
 
 impl Memory {
-    /// What `scene` takes where renderers keep as much of its surface as
-    /// `extent` says, and draw `pictures` of its size.
+    /// What `scene` takes where renderers keep as much of its surface and its
+    /// patterns as `extent` says, and draw `pictures` of its size.
     pub fn of(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> Memory {
         let mut memory = Memory {
             parameters: size_of::<Frame>() as u64,
@@ -55,11 +55,21 @@ impl Memory {
             }
             let words = object.map.words();
             if maps.insert(words.as_ptr()) {
-                memory.maps += size_of_val(words) as u64;
+                let bytes = size_of_val(words) as u64;
+                memory.maps += if has_everything {
+                    bytes.max(object.plain_map_bytes())
+                } else {
+                    bytes
+                };
             }
             memory.parameters += size_of::<Object>() as u64;
         }
         memory
+    }
+
+    /// What the scene itself takes, whatever the size of its picture.
+    pub fn scene(&self) -> u64 {
+        self.total() - self.pictures
     }
 
     /// All of it.
