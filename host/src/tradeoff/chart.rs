@@ -230,13 +230,7 @@ impl Panel {
                 tier: *tier,
             })
             .collect();
-        let mut path = Vec::new();
-        for point in &on {
-            if let Some(&(_, before)) = path.last() {
-                path.push((point.at.0, before));
-            }
-            path.push(point.at);
-        }
+        let mut path = staircase(&on);
         if let Some(&(_, last)) = path.last() {
             path.push((right, last));
         }
@@ -244,8 +238,11 @@ impl Panel {
         for point in &on {
             draw_mark(area, point.at, point.tier, 6, FRONT)?;
         }
-        let bounds = [left, right, top, bottom];
-        let places = number_places(&on, bounds);
+        let dominated = self.dominated.iter();
+        let others: Vec<(i32, i32)> = dominated
+            .map(|(time, error, _)| (x(*time), y(*error)))
+            .collect();
+        let places = number_places(&on, &others, [left, right, top, bottom]);
         let number = ("sans-serif", SMALL)
             .into_font()
             .style(FontStyle::Bold)
@@ -272,53 +269,72 @@ impl Panel {
     }
 }
 
+/// The line through the points of a front, which are in order: what can be had
+/// for a time is the error of the last point before it.
+fn staircase(points: &[Point]) -> Vec<(i32, i32)> {
+    let mut path: Vec<(i32, i32)> = Vec::new();
+    for point in points {
+        if let Some(&(_, before)) = path.last() {
+            path.push((point.at.0, before));
+        }
+        path.push(point.at);
+    }
+    path
+}
+
 /// Half the size of a number at a point.
 const NUMBER: (i32, i32) = (9, 8);
 
-/// For each point the middle of its number: near it, on no other number and on
-/// no point of the front, within `bounds` (left, right, top, bottom).
-fn number_places(points: &[Point], bounds: [i32; 4]) -> Vec<(i32, i32)> {
-    const AROUND: [(f64, f64); 12] = [
-        (0.8, -0.8),
-        (0.0, -1.0),
-        (1.0, 0.0),
-        (-0.8, -0.8),
-        (0.8, 0.8),
-        (0.0, 1.0),
-        (-0.8, 0.8),
-        (-1.0, 0.0),
-        (0.4, -0.9),
-        (-0.4, -0.9),
-        (0.4, 0.9),
-        (-0.4, 0.9),
-    ];
+/// For each point of a front the middle of its number: near it, within `bounds`
+/// (left, right, top, bottom), on no other number and no point of the front; if
+/// there is room, neither on the front's line nor on one of the `others`.
+fn number_places(points: &[Point], others: &[(i32, i32)], bounds: [i32; 4]) -> Vec<(i32, i32)> {
+    const DIRECTIONS: usize = 16;
+    let line = staircase(points);
+    let candidates = |point: &Point| {
+        let (x, y) = point.at;
+        let radii = [16.0, 21.0, 27.0, 34.0, 42.0, 51.0, 61.0];
+        radii.into_iter().flat_map(move |radius| {
+            (0..DIRECTIONS).map(move |direction| {
+                // From the upper right on, where the front is not.
+                let turn = 0.125 + direction as f64 / DIRECTIONS as f64;
+                let (up, right) = (std::f64::consts::TAU * turn).sin_cos();
+                (x + (radius * right) as i32, y - (radius * up) as i32)
+            })
+        })
+    };
+    let is_near = |a: (i32, i32), b: (i32, i32), (width, height): (i32, i32)| {
+        (a.0 - b.0).abs() < width && (a.1 - b.1).abs() < height
+    };
+    let is_on_line = |place: (i32, i32)| {
+        line.windows(2).any(|ends| {
+            let [x, y] = [[ends[0].0, ends[1].0], [ends[0].1, ends[1].1]];
+            let is_beside =
+                |at: i32, [a, b]: [i32; 2], half: i32| at + half > a.min(b) && at - half < a.max(b);
+            is_beside(place.0, x, NUMBER.0) && is_beside(place.1, y, NUMBER.1)
+        })
+    };
     let mut taken: Vec<(i32, i32)> = Vec::new();
     for point in points {
-        let candidates = [16.0, 24.0, 34.0, 46.0, 60.0]
-            .into_iter()
-            .flat_map(|radius| {
-                AROUND.map(|(dx, dy)| {
-                    let along = |at: i32, part: f64| at + (radius * part) as i32;
-                    (along(point.at.0, dx), along(point.at.1, dy))
-                })
-            });
-        let is_free = |place: &(i32, i32)| {
-            let is_near = |other: &(i32, i32), (width, height): (i32, i32)| {
-                (other.0 - place.0).abs() < width && (other.1 - place.1).abs() < height
-            };
+        let is_possible = |place: &(i32, i32)| {
             let [left, right, top, bottom] = bounds;
+            let on_number =
+                |other: &(i32, i32)| is_near(*other, *place, (2 * NUMBER.0, 2 * NUMBER.1));
+            let on_point = |other: &Point| is_near(other.at, *place, (NUMBER.0 + 6, NUMBER.1 + 6));
             (left + NUMBER.0..right - NUMBER.0).contains(&place.0)
                 && (top + NUMBER.1..bottom - NUMBER.1).contains(&place.1)
-                && !taken
-                    .iter()
-                    .any(|other| is_near(other, (2 * NUMBER.0, 2 * NUMBER.1)))
-                && !points
-                    .iter()
-                    .any(|other| is_near(&other.at, (NUMBER.0 + 6, NUMBER.1 + 6)))
+                && !taken.iter().any(on_number)
+                && !points.iter().any(on_point)
         };
-        let mut candidates = candidates;
-        let fallback = (point.at.0 + 14, point.at.1 - 14);
-        taken.push(candidates.find(is_free).unwrap_or(fallback));
+        let is_free = |place: &(i32, i32)| {
+            let on_other =
+                |other: &(i32, i32)| is_near(*other, *place, (NUMBER.0 + 4, NUMBER.1 + 4));
+            is_possible(place) && !is_on_line(*place) && !others.iter().any(on_other)
+        };
+        let place = candidates(point)
+            .find(is_free)
+            .or_else(|| candidates(point).find(is_possible));
+        taken.push(place.unwrap_or((point.at.0 + 14, point.at.1 - 14)));
     }
     taken
 }
@@ -476,7 +492,8 @@ mod tests {
                 points.push(Point { at, tier: Tier::Fast });
                 at = ((at.0 + dx).min(PLOT[1] - 14), at.1 + dy);
             }
-            let places = number_places(&points, [PLOT[0], PLOT[1], PLOT[2], 520]);
+            let others: Vec<(i32, i32)> = points.iter().map(|point| (point.at.0 + 20, point.at.1 - 5)).collect();
+            let places = number_places(&points, &others, [PLOT[0], PLOT[1], PLOT[2], 520]);
             for (i, a) in places.iter().enumerate() {
                 for b in &places[..i] {
                     let is_apart = (a.0 - b.0).abs() >= 2 * NUMBER.0 || (a.1 - b.1).abs() >= 2 * NUMBER.1;
