@@ -810,14 +810,14 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
     desk.fails(&merge, 1, "lacks variants: 1 of shard 2/2");
     let again = desk.run(&sweep("--shard 2/2")).done();
     assert!(
-        again.stdout.contains("1 variants measured, 5 were there"),
+        again.stdout.contains("measured: 1, kept from before: 5"),
         "{}",
         again.stdout
     );
     let before = fs::read(&part).unwrap();
     let again = desk.run(&sweep("--shard 2/2")).done();
     assert!(
-        again.stdout.contains("0 variants measured, 6 were there"),
+        again.stdout.contains("measured: 0, kept from before: 6"),
         "{}",
         again.stdout
     );

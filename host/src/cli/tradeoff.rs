@@ -85,7 +85,7 @@ fn measure(subject: &Subject, shard: Shard, arguments: &TradeoffArguments) -> an
     )?;
     drop(bar);
     say(format_args!(
-        "{done} variants measured, {kept} were there; {}",
+        "variants measured: {done}, kept from before: {kept}; {}",
         arguments.output.join(Store::name(shard)).display()
     ))
 }

@@ -76,7 +76,7 @@ impl Report {
              *interior holes* are pixels inside the outline where nothing was hit; *depth p99* is the 99th percentile of the error of the distance, world units.\n\n\
              *FLIP* (LDR-FLIP, mean, 67 pixels a degree) is the difference that a person sees between the picture and one drawn with \
              tolerance 0.0001 px, 4096 + 60 steps, 32-bit maps, 2 × 2 samples a pixel and the scene's own shadows: 0 to 1. \
-             Shadows and samples change it, and none of the other errors.\n\n\
+             Shadows and samples change it, and none of the other errors. On the front, thousandths of it are not told apart.\n\n\
              *Steps* are those of the linear search, mean over the rays that hit. *Bytes* are what the scene and its colour picture take of the GPU; \
              *instructions* those of the colour shaders that the scene needs, each counted once.",
         )
