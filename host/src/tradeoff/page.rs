@@ -141,14 +141,11 @@ impl Report {
             if front.is_empty() {
                 continue;
             }
-            let on = match metric {
-                Metric::ErrorPixels => "error in pixels",
-                Metric::Flip => "FLIP difference",
-            };
             writeln!(
                 out,
-                "\n## {}: what nothing beats in time and {on}\n\n{} of {} variants; the numbers are those of the chart.\n",
+                "\n## {}: what nothing beats in time and {}\n\n{} of {} variants; the numbers are those of the chart.\n",
                 class.name(),
+                metric.title(),
                 front.len(),
                 self.points(class, metric).len()
             )?;

@@ -51,7 +51,7 @@ impl Metric {
     /// What a person calls it.
     pub fn title(self) -> &'static str {
         match self {
-            Metric::ErrorPixels => "error / pixels",
+            Metric::ErrorPixels => "error in pixels",
             Metric::Flip => "FLIP difference",
         }
     }
