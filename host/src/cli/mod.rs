@@ -308,7 +308,8 @@ struct TradeoffArguments {
     /// Measure nothing, join the parts that are in the folder, and write the report
     #[arg(long, conflicts_with_all = ["shard", "restart", "quick", "frames", "backend", "adapter", "size"])]
     merge: bool,
-    /// Forget what is in the folder of this shard, and measure anew
+    /// Forget what the folder holds of this shard, and of sweeps in another number of shards,
+    /// and measure anew
     #[arg(long)]
     restart: bool,
 }
