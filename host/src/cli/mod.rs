@@ -290,7 +290,8 @@ struct TradeoffArguments {
     /// Measure a dozen settings in place of all
     #[arg(long)]
     quick: bool,
-    /// Frames timed of each variant, in turn with one reference, after one to warm up
+    /// Frames timed of each variant, in turn with one reference, after one to warm up; up to
+    /// four times as many where times vary
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..100_000))]
     frames: u32,
     /// What is measured

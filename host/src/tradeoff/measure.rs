@@ -11,6 +11,12 @@ use relievo_shared::layout::Frame;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
+/// Rounds go on while the quartiles of the ratios lie further apart than this
+/// share of their median: one slow round must not put a variant on the front.
+const SPREAD: f64 = 0.05;
+/// They end after so many times the rounds asked for.
+const MOST_ROUNDS: u32 = 4;
+
 /// How far what is hit is from the oracle's truth, one ray a pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Errors {
@@ -114,7 +120,8 @@ pub struct Reference<'a> {
 }
 
 /// Measures `variant`, which is `scene` drawn by `timed`, in `rounds` rounds in
-/// turn with `reference` after one to warm up; `source` names the words of the
+/// turn with `reference` after one to warm up, and in more while the machine is
+/// not quiet; `source` names the words of the
 /// renderer, as in `known`.
 ///
 /// # Errors
@@ -149,7 +156,14 @@ pub fn measure(
     };
     let (mut milliseconds, mut reference_milliseconds) = (Vec::new(), Vec::new());
     let mut clock = Clock::Wall;
-    for round in 0..=rounds {
+    for round in 0..=MOST_ROUNDS * rounds {
+        let is_settled =
+            Summary::of_ratios(&milliseconds, &reference_milliseconds).is_some_and(|ratio| {
+                ratio.upper_quartile - ratio.lower_quartile < SPREAD * ratio.median
+            });
+        if round > rounds && is_settled {
+            break;
+        }
         let (reference_time, _) = reference.timed.time(&reference.frame)?;
         let (time, read_from) = timed.time(&frame)?;
         clock = read_from;

@@ -45,7 +45,7 @@ impl Report {
         writeln!(
             out,
             "\n{} variants at {width} × {height} pixels, of which {} were measured. Each was timed in {} rounds \
-             in turn with one reference of its class (`{}`), after one to warm up; times are medians of the ratios \
+             in turn with one reference of its class (`{}`), after one to warm up, and in up to four times as many while the quartiles lay more than 5 % apart; times are medians of the ratios \
              within rounds, as multiples of the cheapest variant of the class: CPU and GPU apart.\n",
             self.rows.len() + self.left_out.len(),
             self.rows.len(),
