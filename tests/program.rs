@@ -777,6 +777,117 @@ fn explain_says_what_is_in_and_what_is_out() {
     }
 }
 
+/// The lines of a file of measurements.
+fn measured(desk: &Desk, file: &str) -> Vec<serde_json::Value> {
+    let text = fs::read_to_string(desk.path(file)).unwrap();
+    let lines = text.lines().map(|line| serde_json::from_str(line).unwrap());
+    lines.collect()
+}
+
+#[test]
+fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
+    let desk = Desk::new();
+    let scene = asset("scenes/torus.toml");
+    let scene = text_of(&scene);
+    let sweep = |options: &str| {
+        format!("tradeoff {scene} --quick --size 64x48 --backend cpu --frames 1 -o out {options}")
+    };
+    let merge = format!("tradeoff {scene} -o out --merge");
+    desk.fails(&merge, 1, "out | no measurements | --shard");
+
+    let first = desk.run(&sweep("--shard 1/2")).done();
+    assert!(first.stdout.contains("--merge"), "{}", first.stdout);
+    desk.fails(&merge, 1, "shards are missing: 2/2");
+    desk.fails(&sweep(""), 1, "measurements-1-of-2.jsonl | --restart");
+    let larger = sweep("--shard 1/2").replace("64x48", "65x48");
+    desk.fails(&larger, 1, "size is [64,48] there and [65,48] here");
+    desk.run(&sweep("--shard 2/2")).done();
+
+    // As if it had been stopped while it wrote the last line.
+    let part = desk.path("out/measurements-2-of-2.jsonl");
+    let whole = fs::read(&part).unwrap();
+    fs::write(&part, &whole[..whole.len() - 20]).unwrap();
+    desk.fails(&merge, 1, "lacks variants: 1 of shard 2/2");
+    let again = desk.run(&sweep("--shard 2/2")).done();
+    assert!(
+        again.stdout.contains("measured: 1, kept from before: 5"),
+        "{}",
+        again.stdout
+    );
+    let before = fs::read(&part).unwrap();
+    let again = desk.run(&sweep("--shard 2/2")).done();
+    assert!(
+        again.stdout.contains("measured: 0, kept from before: 6"),
+        "{}",
+        again.stdout
+    );
+    assert_eq!(fs::read(&part).unwrap(), before);
+
+    let merged = desk.run(&merge).done();
+    for name in ["tradeoff.csv", "pareto.svg", "pareto.png", "tradeoff.md"] {
+        assert!(merged.stdout.contains(name), "{}", merged.stdout);
+    }
+    let csv = fs::read_to_string(desk.path("out/tradeoff.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + 13, "{csv}");
+    let page = fs::read_to_string(desk.path("out/tradeoff.md")).unwrap();
+    let chart = fs::read_to_string(desk.path("out/pareto.svg")).unwrap();
+    // What follows prisms is nearest to the truth, which is prisms as well.
+    let best = "accurate-0.1px/96+8/r16/1:1/1x/no-shadow/cpu";
+    assert!(page.contains(best) && chart.contains(best), "{page}");
+    let picture = image::open(desk.path("out/pareto.png"))
+        .unwrap()
+        .into_rgb8();
+    assert!(picture.pixels().any(|pixel| pixel.0 != [255; 3]));
+
+    let lines: Vec<serde_json::Value> = (1..=2)
+        .flat_map(|number| measured(&desk, &format!("out/measurements-{number}-of-2.jsonl")))
+        .filter(|line| line.get("key").is_some())
+        .collect();
+    assert_eq!(lines.len(), 13);
+    let errors = |key: &str| {
+        let line = lines.iter().find(|line| line["key"] == key).unwrap();
+        line["measured"]["errors"]["misplaced"].as_f64().unwrap()
+    };
+    let fast = errors("fast/96+8/r16/1:1/1x/no-shadow/cpu");
+    let planar = errors("planar/96+8/r16/1:1/1x/no-shadow/cpu");
+    assert!(errors(best) < fast && fast < planar);
+}
+
+#[test]
+fn tradeoff_leaves_out_what_a_scene_cannot_have() {
+    let desk = Desk::new();
+    // Deeper than the ring is thick: the prisms of the accurate tier fold.
+    desk.write("scene.toml", torus("depth = 0.6"));
+    let quick = "tradeoff scene.toml --quick --size 32x24 --backend cpu --frames 1 -o";
+    desk.run(&format!("{quick} deep")).done();
+    let page = fs::read_to_string(desk.path("deep/tradeoff.md")).unwrap();
+    assert!(
+        page.contains("13 variants at 32 × 24 pixels, of which 11 were measured"),
+        "{page}"
+    );
+    assert!(page.contains("2 variants `accurate-0.1px/*/"), "{page}");
+    assert!(
+        page.contains("bends too much") && page.contains("The FLIP difference"),
+        "{page}"
+    );
+
+    desk.write("scene.toml", torus("technique = 'relief'"));
+    desk.run(&format!("{quick} relief")).done();
+    let page = fs::read_to_string(desk.path("relief/tradeoff.md")).unwrap();
+    assert!(page.contains("The tiers paper and accurate"), "{page}");
+
+    let pattern = text_of(&asset("patterns/discs.png"));
+    desk.run(&format!("bake {pattern} -o discs.png")).done();
+    desk.write(
+        "scene.toml",
+        torus_with("discs.png", "repeat = [24, 10]\nerror_px = 1"),
+    );
+    desk.run(&format!("{quick} baked")).done();
+    let page = fs::read_to_string(desk.path("baked/tradeoff.md")).unwrap();
+    assert!(page.contains("Storage and size of the maps"), "{page}");
+    assert!(page.contains("/baked/1:1/"), "{page}");
+}
+
 #[test]
 fn info_tells_what_was_done_to_a_mesh() {
     let desk = Desk::new();
@@ -821,6 +932,12 @@ fn wrong_usage_ends_with_code_2() {
         ),
         ("verify scene.toml --shaders best", "--shaders | portable"),
         ("bench scene scene.toml --frames 0", "--frames"),
+        ("tradeoff scene.toml", "--output"),
+        ("tradeoff scene.toml -o out --shard 3/2", "--shard | 2/8"),
+        (
+            "tradeoff scene.toml -o out --merge --shard 1/2",
+            "--merge | --shard",
+        ),
     ] {
         desk.fails(arguments, 2, parts);
     }

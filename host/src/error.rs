@@ -40,6 +40,14 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
+    /// A file of measurements, or the folder of them, does not fit what is asked.
+    #[error("{path}: {problem}")]
+    Measurements {
+        /// The file or folder.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
     /// A picture could not be encoded.
     #[error("cannot encode {path}: {message}")]
     Encode {

@@ -17,6 +17,7 @@
 //! gallery    the paper's figures as one page
 //! verify     GPU words against CPU words
 //! bench      how long frames take, beside the paper's table
+//! tradeoff   what every choice costs and what it buys, as one chart and page
 //! ```
 //!
 //! The mathematics stands in `relievo-shared`, and only there.
@@ -37,6 +38,7 @@ pub mod render;
 pub mod scene;
 pub mod shape_map;
 pub mod shell;
+pub mod tradeoff;
 pub mod verify;
 
 pub use error::Error;

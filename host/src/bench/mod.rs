@@ -6,7 +6,10 @@ mod plot;
 mod report;
 mod statistics;
 mod table1;
+mod timed;
 
 pub use plan::{Method, PatternRow, ROWS, Surface, Technique};
+pub(crate) use report::{quoted, significant, write_aligned};
 pub use statistics::Summary;
-pub use table1::{Backend, Cell, Clock, Run, Table1, measure};
+pub use table1::{Cell, Run, Table1, measure};
+pub use timed::{Backend, Clock, Timed};

@@ -171,12 +171,12 @@ impl Table1 {
 }
 
 /// A CSV field of any text.
-fn quoted(text: &str) -> String {
+pub(crate) fn quoted(text: &str) -> String {
     format!("\"{}\"", text.replace('"', "\"\""))
 }
 
 /// Three or more significant digits of a positive number.
-fn significant(value: f64) -> String {
+pub(crate) fn significant(value: f64) -> String {
     let decimals = (2.0 - value.log10().floor()).clamp(0.0, 6.0) as usize;
     format!("{value:.decimals$}")
 }
@@ -186,7 +186,7 @@ fn range(low: f64, high: f64) -> String {
 }
 
 /// Writes a Markdown table whose columns line up; the first line is its header.
-fn write_aligned(out: &mut fmt::Formatter<'_>, lines: &[Vec<String>]) -> fmt::Result {
+pub(crate) fn write_aligned(out: &mut impl fmt::Write, lines: &[Vec<String>]) -> fmt::Result {
     let columns = lines.first().map_or(0, Vec::len);
     let width = |column: usize| {
         let lengths = lines.iter().map(|line| line[column].chars().count());

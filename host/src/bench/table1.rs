@@ -2,39 +2,10 @@
 
 use super::plan::{Method, PatternRow, ROWS};
 use super::statistics::Summary;
+use super::timed::{Backend, Clock, Timed};
 use crate::Error;
 use crate::prepare::{PreparedScene, prepare};
-use crate::render::gpu::{Adapter, Choice, Shaders};
-use crate::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use std::path::Path;
-use std::time::Instant;
-
-/// What renders.
-pub enum Backend<'a> {
-    /// The CPU.
-    Cpu,
-    /// An adapter, with one of the shader modules.
-    Gpu(&'a Adapter, Shaders),
-}
-
-/// What the times are read from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Clock {
-    /// The device's timestamps around the render pass.
-    Device,
-    /// This machine's clock: on a GPU around recording, submitting and waiting.
-    Wall,
-}
-
-impl Clock {
-    /// In words, for tables.
-    pub fn describe(self) -> &'static str {
-        match self {
-            Clock::Device => "the device's timestamps around the render pass",
-            Clock::Wall => "wall clock around the whole frame",
-        }
-    }
-}
 
 /// The measurements of one method on one shape map.
 #[derive(Clone, Debug, PartialEq)]
@@ -149,7 +120,7 @@ fn measure_row(
         let fraction = f64::from(round) / f64::from(frames + 1);
         progress(format!("{}: {device}", row.pattern), fraction);
         for ((cell, scene), timed) in cells.iter_mut().zip(scenes).zip(&mut renderers) {
-            let (time, read_from) = timed.time(scene)?;
+            let (time, read_from) = timed.time(&scene.frame)?;
             clock = read_from;
             if round > 0 {
                 cell.milliseconds.push(time);
@@ -161,51 +132,6 @@ fn measure_row(
         clock,
         rows: vec![cells],
     })
-}
-
-/// A renderer with a clock.
-enum Timed<'a> {
-    Cpu(Box<CpuRenderer<'a>>),
-    Gpu(Box<GpuRenderer>),
-}
-
-impl<'a> Timed<'a> {
-    fn new(scene: &'a PreparedScene, backend: &Backend<'_>) -> Result<Timed<'a>, RenderError> {
-        Ok(match backend {
-            Backend::Cpu => Timed::Cpu(Box::new(CpuRenderer::new(scene))),
-            Backend::Gpu(found, shaders) => Timed::Gpu(Box::new(GpuRenderer::new(
-                scene,
-                found,
-                Choice::These(*shaders),
-            )?)),
-        })
-    }
-
-    fn renderer(&mut self) -> &mut dyn Renderer {
-        match self {
-            Timed::Cpu(renderer) => renderer.as_mut(),
-            Timed::Gpu(renderer) => renderer.as_mut(),
-        }
-    }
-
-    /// Milliseconds of a frame, and by which clock.
-    fn time(&mut self, scene: &PreparedScene) -> Result<(f64, Clock), RenderError> {
-        let (time, clock) = match self {
-            Timed::Cpu(renderer) => {
-                let start = Instant::now();
-                renderer.color(&scene.frame)?;
-                (start.elapsed(), Clock::Wall)
-            }
-            Timed::Gpu(renderer) => {
-                let time = renderer.time_color(&scene.frame)?;
-                match time.pass {
-                    Some(pass) => (pass, Clock::Device),
-                    None => (time.wall, Clock::Wall),
-                }
-            }
-        };
-        Ok((1e3 * time.as_secs_f64(), clock))
-    }
 }
 
 #[cfg(test)]

@@ -10,11 +10,13 @@ mod info;
 mod progress;
 mod render;
 mod session;
+mod tradeoff;
 mod verify;
 
 use anyhow::Context;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use relievo::tradeoff::Shard;
 use std::fmt;
 use std::io::{self, Write};
 use std::path::PathBuf;
@@ -53,6 +55,8 @@ enum Command {
     /// Measure how long frames take
     #[command(subcommand)]
     Bench(BenchCommand),
+    /// Draw a scene in many variants, and say what each choice costs and what it buys
+    Tradeoff(TradeoffArguments),
     /// Draw the paper's figures, with the paper's algorithms beside ours, as a page
     Gallery(GalleryArguments),
 }
@@ -314,6 +318,45 @@ struct BenchTable1Arguments {
 }
 
 #[derive(Args)]
+#[command(
+    after_help = "Each variant is on the disk as soon as it is measured: the same command goes on after an interruption.\nOn several machines: --shard 1/8 … --shard 8/8 with one folder, then --merge."
+)]
+struct TradeoffArguments {
+    /// The scene
+    scene: PathBuf,
+    /// Write measurements, tradeoff.csv, pareto.svg, pareto.png and tradeoff.md into this
+    /// folder
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Measure a dozen settings in place of all
+    #[arg(long)]
+    quick: bool,
+    /// Frames timed of each variant, in turn with one reference, after one to warm up; up to
+    /// four times as many where times vary
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..100_000))]
+    frames: u32,
+    /// What is measured
+    #[arg(long, value_enum, default_value_t = Measured::Both)]
+    backend: Measured,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the pictures, in place of the scene's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Measure this part of the variants only, such as 2/8, and write no report
+    #[arg(long, value_name = "I/N", value_parser = tradeoff::parse_shard)]
+    shard: Option<Shard>,
+    /// Measure nothing, join the parts that are in the folder, and write the report
+    #[arg(long, conflicts_with_all = ["shard", "restart", "quick", "frames", "backend", "adapter", "size"])]
+    merge: bool,
+    /// Forget what the folder holds of this shard, and of sweeps in another number of shards,
+    /// and measure anew
+    #[arg(long)]
+    restart: bool,
+}
+
+#[derive(Args)]
 struct GalleryArguments {
     /// Write index.html, index.md, pictures and scenes into this folder
     #[arg(short, long, value_name = "DIR")]
@@ -370,6 +413,12 @@ pub fn run(arguments: Arguments) -> ExitCode {
                 refuse_adapter();
             }
             bench::table1(&arguments)
+        }
+        Command::Tradeoff(arguments) => {
+            if arguments.backend == Measured::Cpu && arguments.adapter.is_some() {
+                refuse_adapter();
+            }
+            tradeoff::run(&arguments)
         }
         Command::Gallery(arguments) => gallery::run(&arguments),
     };

@@ -1,0 +1,299 @@
+//! Which variants a sweep measures, and which part of them a shard takes.
+
+use super::Subject;
+use super::variant::{Model, Rendering, SelfShadow, Settings, Steps, Variant};
+use crate::scene::{MapOptions, Search, Tier};
+use crate::shape_map::Storage;
+use serde::{Deserialize, Serialize};
+
+/// How many variants there are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Grid {
+    /// Every combination of tier, steps and map; and of tier, shadow and samples.
+    Full,
+    /// A dozen settings, for a first look and for tests.
+    Quick,
+}
+
+/// One of the parts into which a sweep is split.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Shard {
+    /// Its number, from 1.
+    pub number: u32,
+    /// How many there are.
+    pub count: u32,
+}
+
+impl Shard {
+    /// The only one.
+    pub const WHOLE: Shard = Shard {
+        number: 1,
+        count: 1,
+    };
+
+    /// Every [`count`](Shard::count)th of `settings`, from its own on: all
+    /// renderers of the same settings come together, since they share pictures.
+    pub fn of<T>(self, all: Vec<T>, settings: impl Fn(&T) -> usize) -> Vec<T> {
+        let count = self.count.max(1) as usize;
+        let own = self.number.saturating_sub(1) as usize;
+        let mut all = all;
+        all.retain(|item| settings(item) % count == own);
+        all
+    }
+}
+
+/// Bounds of the search that scenes have unless they say so.
+const DEFAULT_STEPS: Steps = steps(96, 8);
+/// The same in the accurate tier.
+const DEFAULT_STEPS_ACCURATE: Steps = steps(256, 10);
+
+const fn steps(linear: u32, bisections: u32) -> Steps {
+    Steps { linear, bisections }
+}
+
+const fn model(tier: Tier) -> Model {
+    Model {
+        tier,
+        tolerance: None,
+    }
+}
+
+const fn accurate(tolerance: f64) -> Model {
+    Model {
+        tier: Tier::Accurate,
+        tolerance: Some(tolerance),
+    }
+}
+
+/// What every variant is timed in turn with: the fast tier as scenes have it.
+pub fn reference(subject: &Subject) -> Settings {
+    Settings {
+        model: model(Tier::Fast),
+        steps: DEFAULT_STEPS,
+        map: (!subject.is_all_baked()).then(MapOptions::default),
+        supersampling: 1,
+        self_shadow: subject.self_shadow(),
+    }
+}
+
+/// What the perceptual difference is taken from, and whose prisms are the
+/// truth: everything as fine as scenes may have it.
+pub fn finest(subject: &Subject) -> Settings {
+    Settings {
+        model: accurate(1e-4),
+        steps: steps(4096, 60),
+        map: (!subject.is_all_baked()).then_some(MapOptions {
+            storage: Storage::R32F,
+            reduction: 1,
+        }),
+        supersampling: 2,
+        self_shadow: subject.self_shadow(),
+    }
+}
+
+/// Every variant, each once; the renderers of the same settings one after the
+/// other.
+pub fn variants(subject: &Subject, grid: Grid, renderings: &[Rendering]) -> Vec<Variant> {
+    let settings = match grid {
+        Grid::Full => full(subject),
+        Grid::Quick => quick(subject),
+    };
+    let mut variants = Vec::new();
+    for settings in settings {
+        for &rendering in renderings {
+            let variant = Variant {
+                settings,
+                rendering,
+            };
+            if !variants.contains(&variant) {
+                variants.push(variant);
+            }
+        }
+    }
+    variants
+}
+
+/// The variants of `shard`.
+pub fn part(variants: &[Variant], shard: Shard) -> Vec<Variant> {
+    let mut number = 0;
+    let mut numbered = Vec::with_capacity(variants.len());
+    for (index, variant) in variants.iter().enumerate() {
+        if index > 0 && variants[index - 1].settings != variant.settings {
+            number += 1;
+        }
+        numbered.push((number, *variant));
+    }
+    let own = shard.of(numbered, |(number, _)| *number);
+    own.into_iter().map(|(_, variant)| variant).collect()
+}
+
+/// The tiers that the subject can be drawn in.
+fn models(subject: &Subject, tolerances: &[f64]) -> Vec<Model> {
+    let mut models = vec![model(Tier::Planar), model(Tier::Fast)];
+    // Relief mapping has its own search in place of theirs.
+    let has_relief = |object: &crate::scene::SceneObject| object.search == Search::Relief;
+    if !subject.scene.objects.iter().any(has_relief) {
+        models.push(model(Tier::Paper));
+        models.extend(tolerances.iter().map(|tolerance| accurate(*tolerance)));
+    }
+    models
+}
+
+/// The bounds that scenes have in a tier, unless they say so, as far as they
+/// are on the grid.
+fn default_steps(model: Model) -> Steps {
+    match model.tier {
+        Tier::Accurate => DEFAULT_STEPS_ACCURATE,
+        Tier::Planar | Tier::Fast | Tier::Paper => DEFAULT_STEPS,
+    }
+}
+
+fn full(subject: &Subject) -> Vec<Settings> {
+    let start = reference(subject);
+    let models = models(subject, &[0.02, 0.1, 0.5]);
+    let mut maps = Vec::new();
+    for storage in [Storage::R8, Storage::R16, Storage::R32F] {
+        for reduction in [1, 2, 4] {
+            maps.push(start.map.map(|_| MapOptions { storage, reduction }));
+        }
+    }
+    let mut settings = Vec::new();
+    for &model in &models {
+        for steps in [steps(24, 4), DEFAULT_STEPS, DEFAULT_STEPS_ACCURATE] {
+            for &map in &maps {
+                settings.push(Settings {
+                    model,
+                    steps,
+                    map,
+                    ..start
+                });
+            }
+        }
+    }
+    for &model in &models {
+        for self_shadow in [SelfShadow::Off, SelfShadow::On] {
+            for supersampling in [1, 2] {
+                settings.push(Settings {
+                    model,
+                    steps: default_steps(model),
+                    self_shadow,
+                    supersampling,
+                    ..start
+                });
+            }
+        }
+    }
+    settings
+}
+
+fn quick(subject: &Subject) -> Vec<Settings> {
+    let start = reference(subject);
+    let mut settings = Vec::new();
+    for model in models(subject, &[0.1]) {
+        for steps in [steps(24, 4), DEFAULT_STEPS] {
+            settings.push(Settings {
+                model,
+                steps,
+                ..start
+            });
+        }
+    }
+    if start.map.is_some() {
+        for (storage, reduction) in [(Storage::R8, 1), (Storage::R32F, 1), (Storage::R16, 2)] {
+            let map = Some(MapOptions { storage, reduction });
+            settings.push(Settings { map, ..start });
+        }
+    }
+    settings.push(Settings {
+        self_shadow: match start.self_shadow {
+            SelfShadow::On => SelfShadow::Off,
+            SelfShadow::Off | SelfShadow::AsInScene => SelfShadow::On,
+        },
+        ..start
+    });
+    settings.push(Settings {
+        supersampling: 2,
+        ..start
+    });
+    settings
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::subject;
+    use super::*;
+    use proptest::prelude::*;
+    use std::collections::BTreeSet;
+
+    const BOTH: [Rendering; 2] = [Rendering::Cpu, Rendering::GpuFast];
+
+    #[test]
+    fn no_variant_is_twice_in_a_grid() {
+        let subject = subject("");
+        for (grid, settings) in [(Grid::Full, 6 * 27 + 6 * 3), (Grid::Quick, 13)] {
+            let variants = variants(&subject, grid, &BOTH);
+            let keys: BTreeSet<String> = variants.iter().map(Variant::key).collect();
+            assert_eq!((keys.len(), variants.len()), (2 * settings, 2 * settings));
+            let start = reference(&subject);
+            assert!(variants.iter().any(|variant| variant.settings == start));
+        }
+    }
+
+    #[test]
+    fn relief_mapping_has_no_other_search_and_a_baked_map_no_other_texels() {
+        let relief = subject("technique = 'relief'");
+        let drawn = variants(&relief, Grid::Full, &BOTH);
+        let tiers = |tier| {
+            drawn
+                .iter()
+                .any(|variant| variant.settings.model.tier == tier)
+        };
+        assert!(tiers(Tier::Fast) && tiers(Tier::Planar));
+        assert!(!tiers(Tier::Paper) && !tiers(Tier::Accurate));
+
+        let mut baked = subject("");
+        baked.is_baked = vec![true];
+        let drawn = variants(&baked, Grid::Full, &BOTH);
+        assert!(drawn.iter().all(|variant| variant.settings.map.is_none()));
+        assert_eq!(drawn.len(), 2 * (6 * 3 + 6 * 3));
+        assert!(drawn[0].key().contains("/baked/1:1/"), "{}", drawn[0].key());
+    }
+
+    #[test]
+    fn keys_are_readable() {
+        let variant = Variant {
+            settings: Settings {
+                model: accurate(0.1),
+                steps: DEFAULT_STEPS_ACCURATE,
+                map: Some(MapOptions {
+                    storage: Storage::R16,
+                    reduction: 2,
+                }),
+                supersampling: 1,
+                self_shadow: SelfShadow::Off,
+            },
+            rendering: Rendering::GpuFast,
+        };
+        let key = "accurate-0.1px/256+10/r16/1:2/1x/no-shadow/gpu-fast";
+        assert_eq!(variant.key(), key);
+    }
+
+    proptest! {
+        #[test]
+        fn shards_are_disjoint_and_together_everything(count in 1u32..40) {
+            let all = variants(&subject(""), Grid::Quick, &BOTH);
+            let mut found: Vec<String> = Vec::new();
+            for number in 1..=count {
+                let own = part(&all, Shard { number, count });
+                // Renderers of the same settings stay together.
+                prop_assert!(own.len().is_multiple_of(BOTH.len()));
+                found.extend(own.iter().map(Variant::key));
+            }
+            let mut wanted: Vec<String> = all.iter().map(Variant::key).collect();
+            wanted.sort();
+            found.sort();
+            prop_assert_eq!(found, wanted);
+        }
+    }
+}
