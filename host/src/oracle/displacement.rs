@@ -30,6 +30,8 @@ pub const SHARE: f64 = 0.99;
 /// what lies between the truth's points around it.
 const DEPTH_SLACK: f64 = 1.0;
 
+/// Wrong pixels that are looked around, of more.
+const MANY: usize = 1000;
 /// Wrong pixels that are looked around first.
 const FEW: usize = 200;
 /// So many times the allowed share is far above it.
@@ -70,7 +72,8 @@ impl Truth {
     /// How far beside their places the pixels of `words` are, which is the
     /// picture of `frame` that this is the truth of, seen from `eye` (world
     /// units) and known to `oracle`. Errors above `largest` pixels are not told
-    /// apart.
+    /// apart; where more than a thousand pixels are not right in their middle,
+    /// some stand for all of them.
     ///
     /// # Panics
     /// If `words` have another size.
@@ -85,11 +88,16 @@ impl Truth {
         let surroundings = Surroundings::new(self, oracle, eye, frame, 1.0);
         let smaller = RADII.into_iter().filter(|radius| *radius < largest);
         let radii: Vec<f64> = smaller.chain([largest]).collect();
-        let mut sorted: Vec<f64> = self
-            .shown(words)
-            .into_par_iter()
-            .map(|(i, shown)| surroundings.displacement(i, shown, &radii))
+        let shown = self.shown(words);
+        let doubtful = surroundings.doubtful(&shown);
+        let mut sorted = vec![0.0; shown.len() - doubtful.len()];
+        let stand_for = doubtful.len().div_ceil(MANY).max(1);
+        let errors: Vec<f64> = doubtful
+            .par_iter()
+            .step_by(stand_for)
+            .map(|(i, shown)| surroundings.displacement(*i, *shown, &radii))
             .collect();
+        sorted.extend((0..doubtful.len()).map(|number| errors[number / stand_for]));
         sorted.sort_by(f64::total_cmp);
         Displacements { sorted }
     }
@@ -115,10 +123,7 @@ impl Truth {
         let radii = [0.25, 0.5, 1.0].map(|share| share * limit);
         let shown = self.shown(words);
         let pixels = shown.len();
-        let doubtful: Vec<(usize, Sample)> = shown
-            .into_par_iter()
-            .filter(|(i, shown)| surroundings.displacement(*i, *shown, &[]) > 0.0)
-            .collect();
+        let doubtful = surroundings.doubtful(&shown);
         let wrong = |doubtful: &[(usize, Sample)], step: usize| {
             let some = doubtful.par_iter().step_by(step);
             let wrong = some
@@ -181,6 +186,12 @@ impl<'a> Surroundings<'a> {
             stride,
             pixel,
         }
+    }
+
+    /// Those of the pixels that are not right in their middle.
+    fn doubtful(&self, shown: &[(usize, Sample)]) -> Vec<(usize, Sample)> {
+        let is_doubtful = |(i, shown): &&(usize, Sample)| self.displacement(*i, *shown, &[]) > 0.0;
+        shown.par_iter().filter(is_doubtful).copied().collect()
     }
 
     /// See [`displacement`].

@@ -13,7 +13,7 @@ use std::error::Error as StdError;
 type DrawResult = Result<(), Box<dyn StdError>>;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-const WIDTH: u32 = 1280;
+const WIDTH: u32 = 1420;
 const LEGEND_HEIGHT: u32 = 44;
 const LEAST_PANEL_HEIGHT: u32 = 400;
 /// The plot within a panel: left, right, top, and its distance from the bottom.

@@ -10,7 +10,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grid {
-    /// Every combination of tier, steps and map; and of tier, shadow and samples.
+    /// Every combination of tier, steps and map; of tier and slack; and of tier,
+    /// shadow and samples.
     Full,
     /// A dozen settings, for a first look and for tests.
     Quick,
@@ -71,6 +72,7 @@ pub fn reference(subject: &Subject) -> Settings {
     Settings {
         model: model(Tier::Fast),
         steps: DEFAULT_STEPS,
+        slack: 0.0,
         map: (!subject.is_all_baked()).then(MapOptions::default),
         supersampling: 1,
         self_shadow: subject.self_shadow(),
@@ -83,6 +85,7 @@ pub fn finest(subject: &Subject) -> Settings {
     Settings {
         model: accurate(1e-4),
         steps: steps(4096, 60),
+        slack: 0.0,
         map: (!subject.is_all_baked()).then_some(MapOptions {
             storage: Storage::R32F,
             reduction: 1,
@@ -132,12 +135,17 @@ pub fn part(variants: &[Variant], shard: Shard) -> Vec<Variant> {
 fn models(subject: &Subject, tolerances: &[f64]) -> Vec<Model> {
     let mut models = vec![model(Tier::Planar), model(Tier::Fast)];
     // Relief mapping has its own search in place of theirs.
-    let has_relief = |object: &crate::scene::SceneObject| object.search == Search::Relief;
-    if !subject.scene.objects.iter().any(has_relief) {
+    if !has_relief(subject) {
         models.push(model(Tier::Paper));
         models.extend(tolerances.iter().map(|tolerance| accurate(*tolerance)));
     }
     models
+}
+
+/// Whether anything is drawn by relief mapping.
+fn has_relief(subject: &Subject) -> bool {
+    let mut objects = subject.scene.objects.iter();
+    objects.any(|object| object.search == Search::Relief)
 }
 
 /// The bounds that scenes have in a tier, unless they say so, as far as they
@@ -169,6 +177,17 @@ fn full(subject: &Subject) -> Vec<Settings> {
                     ..start
                 });
             }
+        }
+    }
+    let has_slack = |model: &&Model| model.tier != Tier::Paper && !has_relief(subject);
+    for &model in models.iter().filter(has_slack) {
+        for slack in [0.02, 0.1, 0.5] {
+            settings.push(Settings {
+                model,
+                steps: default_steps(model),
+                slack,
+                ..start
+            });
         }
     }
     for &model in &models {
@@ -205,6 +224,12 @@ fn quick(subject: &Subject) -> Vec<Settings> {
             settings.push(Settings { map, ..start });
         }
     }
+    if !has_relief(subject) {
+        settings.push(Settings {
+            slack: 0.1,
+            ..start
+        });
+    }
     settings.push(Settings {
         self_shadow: match start.self_shadow {
             SelfShadow::On => SelfShadow::Off,
@@ -231,7 +256,7 @@ mod tests {
     #[test]
     fn no_variant_is_twice_in_a_grid() {
         let subject = subject("");
-        for (grid, settings) in [(Grid::Full, 6 * 27 + 6 * 3), (Grid::Quick, 13)] {
+        for (grid, settings) in [(Grid::Full, 6 * 27 + 5 * 3 + 6 * 3), (Grid::Quick, 14)] {
             let variants = variants(&subject, grid, &BOTH);
             let keys: BTreeSet<String> = variants.iter().map(Variant::key).collect();
             assert_eq!((keys.len(), variants.len()), (2 * settings, 2 * settings));
@@ -251,12 +276,13 @@ mod tests {
         };
         assert!(tiers(Tier::Fast) && tiers(Tier::Planar));
         assert!(!tiers(Tier::Paper) && !tiers(Tier::Accurate));
+        assert!(drawn.iter().all(|variant| variant.settings.slack == 0.0));
 
         let mut baked = subject("");
         baked.is_baked = vec![true];
         let drawn = variants(&baked, Grid::Full, &BOTH);
         assert!(drawn.iter().all(|variant| variant.settings.map.is_none()));
-        assert_eq!(drawn.len(), 2 * (6 * 3 + 6 * 3));
+        assert_eq!(drawn.len(), 2 * (6 * 3 + 5 * 3 + 6 * 3));
         assert!(drawn[0].key().contains("/baked/1:1/"), "{}", drawn[0].key());
     }
 
@@ -266,6 +292,7 @@ mod tests {
             settings: Settings {
                 model: accurate(0.1),
                 steps: DEFAULT_STEPS_ACCURATE,
+                slack: 0.0,
                 map: Some(MapOptions {
                     storage: Storage::R16,
                     reduction: 2,
@@ -275,7 +302,7 @@ mod tests {
             },
             rendering: Rendering::GpuFast,
         };
-        let key = "accurate-0.1px/256+10/r16/1:2/1x/no-shadow/gpu-fast";
+        let key = "accurate-0.1px/256+10/slack-0px/r16/1:2/1x/no-shadow/gpu-fast";
         assert_eq!(variant.key(), key);
     }
 

@@ -335,7 +335,7 @@ pub(super) mod tests {
         let columns: Vec<&str> = reader.next().unwrap().split(',').collect();
         assert_eq!(columns.len(), 1 + Axis::ALL.len() + MEASURED_FIELDS + 1);
         let lines: Vec<&str> = reader.collect();
-        assert_eq!(lines.len(), 3 * 13);
+        assert_eq!(lines.len(), 3 * 14);
         let place = |name: &str| columns.iter().position(|column| *column == name).unwrap();
         let (last, measured) = lines.split_last().unwrap();
         for line in measured {

@@ -105,6 +105,8 @@ pub struct Settings {
     pub model: Model,
     /// The bounds of the search.
     pub steps: Steps,
+    /// How far before its place a search may end, pixels.
+    pub slack: f64,
     /// How patterns are stored; `None` where every object has a baked map.
     pub map: Option<MapOptions>,
     /// Samples per pixel side.
@@ -129,6 +131,8 @@ pub enum Axis {
     Tier,
     /// Linear steps and bisections.
     Steps,
+    /// Pixels before its place that a search may end.
+    Slack,
     /// Bits of a texel.
     Storage,
     /// Size of the map.
@@ -143,9 +147,10 @@ pub enum Axis {
 
 impl Axis {
     /// Every axis, in the order of a key's parts.
-    pub const ALL: [Axis; 7] = [
+    pub const ALL: [Axis; 8] = [
         Axis::Tier,
         Axis::Steps,
+        Axis::Slack,
         Axis::Storage,
         Axis::Reduction,
         Axis::Supersampling,
@@ -158,6 +163,7 @@ impl Axis {
         match self {
             Axis::Tier => "tier",
             Axis::Steps => "steps",
+            Axis::Slack => "slack",
             Axis::Storage => "map_storage",
             Axis::Reduction => "map_size",
             Axis::Supersampling => "supersampling",
@@ -171,6 +177,7 @@ impl Axis {
         match self {
             Axis::Tier => "Tier",
             Axis::Steps => "Linear steps + bisections",
+            Axis::Slack => "Slack",
             Axis::Storage => "Map storage",
             Axis::Reduction => "Map size",
             Axis::Supersampling => "Samples per pixel side",
@@ -182,7 +189,7 @@ impl Axis {
     /// Whether it changes what a ray of a given direction hits.
     fn is_geometric(self) -> bool {
         match self {
-            Axis::Tier | Axis::Steps | Axis::Storage | Axis::Reduction => true,
+            Axis::Tier | Axis::Steps | Axis::Slack | Axis::Storage | Axis::Reduction => true,
             Axis::Supersampling | Axis::SelfShadow | Axis::Renderer => false,
         }
     }
@@ -194,6 +201,7 @@ impl Variant {
         let Settings {
             model,
             steps,
+            slack,
             map,
             supersampling,
             self_shadow,
@@ -201,6 +209,7 @@ impl Variant {
         match axis {
             Axis::Tier => model.to_string(),
             Axis::Steps => format!("{}+{}", steps.linear, steps.bisections),
+            Axis::Slack => format!("slack-{slack}px"),
             Axis::Storage => map.map_or("baked", |map| map.storage.name()).to_string(),
             Axis::Reduction => format!("1:{}", map.map_or(1, |map| map.reduction)),
             Axis::Supersampling => format!("{supersampling}x"),
@@ -214,7 +223,7 @@ impl Variant {
         }
     }
 
-    /// Its name, the same in every run: `accurate-0.1px/256+10/r16/1:2/1x/no-shadow/gpu-fast`.
+    /// Its name, the same in every run: `accurate-0.1px/256+10/slack-0px/r16/1:2/1x/no-shadow/gpu-fast`.
     pub fn key(&self) -> String {
         self.key_of(|_| true)
     }
@@ -255,6 +264,7 @@ impl Settings {
             }
             object.steps = self.steps.linear;
             object.bisections = self.steps.bisections;
+            object.slack = self.slack;
             if let (Some(map), false) = (self.map, is_baked) {
                 object.map = map;
             }
