@@ -17,7 +17,7 @@ const SERIES: u64 = 3;
 
 /// How many scenes are held to their budgets.
 fn scenes() -> u64 {
-    std::env::var("RELIEVO_SCENES").map_or(30, |text| text.parse().unwrap())
+    std::env::var("RELIEVO_SCENES").map_or(20, |text| text.parse().unwrap())
 }
 
 #[test]

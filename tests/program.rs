@@ -777,6 +777,45 @@ fn explain_says_what_is_in_and_what_is_out() {
     }
 }
 
+#[test]
+fn a_budget_takes_the_place_of_tier_and_steps() {
+    let desk = Desk::new();
+    let scene = asset("scenes/sphere.toml");
+    let scene = text_of(&scene);
+    let drawn = |budget: &str| {
+        desk.run(&format!(
+            "render {scene} --size 80x60 --backend cpu --budget {budget} -o out.png"
+        ))
+        .done()
+        .stdout
+    };
+    let [coarse, fine] = ["100px", "0.05"].map(drawn);
+    assert!(coarse.contains("100 px: tier planar"), "{coarse}");
+    assert!(fine.contains("0.05 px: tier accurate"), "{fine}");
+    assert!(desk.path("out.png").exists());
+
+    let text = desk
+        .run(&format!("explain {scene} --size 80x60 --budget 1px"))
+        .done()
+        .stdout;
+    for part in [
+        "budget 1 px: tier ",
+        "model: the planar tier is likely wrong by ",
+        "tried tier ",
+        " rays, after at most ",
+        "without pictures: ",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+    for wrong in ["0", "-1px", "1mm", "1000px"] {
+        desk.fails(
+            &format!("render {scene} --budget={wrong}"),
+            2,
+            "--budget | from 0.01 to 100",
+        );
+    }
+}
+
 /// The lines of a file of measurements.
 fn measured(desk: &Desk, file: &str) -> Vec<serde_json::Value> {
     let text = fs::read_to_string(desk.path(file)).unwrap();

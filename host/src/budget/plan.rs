@@ -1,7 +1,7 @@
 //! The cheapest way to draw an object whose trial keeps the budget.
 
 use super::recipe::recipes;
-use super::trial::Judge;
+use super::trial::{FEW_RAYS, Judge, MANY_RAYS};
 use super::{Recipe, Trial, View};
 use crate::Error;
 use crate::prepare::{PreparedObject, PreparedScene};
@@ -68,7 +68,8 @@ pub(crate) fn plan(
         }
         Err(error) => return Err(error),
     };
-    let judge = Judge::new(&reference);
+    let judge = Judge::new(&reference, FEW_RAYS);
+    let mut careful_judge = None;
     let mut trials = Vec::new();
     let mut last: Option<(Recipe, Trial)> = None;
     for recipe in recipes(&view, budget, map) {
@@ -88,7 +89,12 @@ pub(crate) fn plan(
             }
             Err(error) => return Err(error),
         };
-        let trial = judge.judge(scene.alone(drawn), budget)?;
+        let mut trial = judge.judge(scene.alone(drawn), budget)?;
+        if trial.is_doubtful() {
+            let judge = careful_judge.get_or_insert_with(|| Judge::new(&reference, MANY_RAYS));
+            let again = make(&recipe.of(object))?;
+            trial = judge.judge(scene.alone(again), budget)?;
+        }
         trials.push((recipe, Some(trial)));
         last = Some((recipe, trial));
         if trial.keeps() {

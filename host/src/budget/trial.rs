@@ -7,8 +7,10 @@ use crate::render::{CpuRenderer, RenderError, Renderer};
 use glam::{DVec3, Vec3};
 use relievo_shared::layout::Frame;
 
-/// Rays of a trial, roughly, where the object covers more pixels.
-const RAYS: f64 = 5_000.0;
+/// Rays of a first trial, roughly, where the object may cover more pixels.
+pub(super) const FEW_RAYS: f64 = 5_000.0;
+/// Rays of a second one, where the first leaves a doubt.
+pub(super) const MANY_RAYS: f64 = 50_000.0;
 
 /// Standard deviations by which a share of some rays may differ from that of
 /// all pixels: one in two hundred does by more.
@@ -31,6 +33,11 @@ impl Trial {
     /// Whether more care may help: not where far too much is wrong.
     pub(super) fn is_near(&self) -> bool {
         self.share_above <= 3.0 * (1.0 - SHARE)
+    }
+
+    /// Whether more rays may tell whether the picture keeps the budget.
+    pub(super) fn is_doubtful(&self) -> bool {
+        !self.keeps() && self.share_above <= 1.0 - SHARE && self.pixels_per_ray > 1.0
     }
 
     /// Whether the picture keeps the budget, as far as one can tell from the rays.
@@ -57,9 +64,9 @@ pub(super) struct Judge<'a> {
 
 impl<'a> Judge<'a> {
     /// Of the object of `reference`, which holds nothing else, in the picture
-    /// that is the scene's.
-    pub(super) fn new(reference: &'a PreparedScene) -> Judge<'a> {
-        let (frame, stride) = grid(reference);
+    /// that is the scene's, on about as many `rays`.
+    pub(super) fn new(reference: &'a PreparedScene, rays: f64) -> Judge<'a> {
+        let (frame, stride) = grid(reference, rays);
         let oracle = MeshOracle::new(reference);
         let eye = DVec3::from(reference.camera.eye);
         let truth = Truth::of(&oracle, eye, &frame);
@@ -101,13 +108,13 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// A frame of about [`RAYS`] rays over the rectangle of the picture in which
+/// A frame of about as many `rays` over the rectangle of the picture in which
 /// the only object of `scene` may be seen, and the pixels between two rays.
-fn grid(scene: &PreparedScene) -> (Frame, f64) {
+fn grid(scene: &PreparedScene, rays: f64) -> (Frame, f64) {
     let frame = &scene.frame;
     let [left, top, right, bottom] = rectangle(scene);
     let area = (right - left) * (bottom - top);
-    let stride = (area / RAYS).sqrt().floor().max(1.0);
+    let stride = (area / rays).sqrt().floor().max(1.0);
     let start = Vec3::from(frame.ray_first)
         + Vec3::from(frame.ray_right) * (left + 0.5 * (stride - 1.0).floor()) as f32
         + Vec3::from(frame.ray_down) * (top + 0.5 * (stride - 1.0).floor()) as f32;

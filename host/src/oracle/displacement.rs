@@ -120,7 +120,10 @@ impl Truth {
         limit: f64,
     ) -> (usize, f64) {
         let surroundings = Surroundings::new(self, oracle, eye, frame, stride);
-        let radii = [0.25, 0.5, 1.0].map(|share| share * limit);
+        let mut radii: Vec<f64> = std::iter::successors(Some(limit), |radius| Some(0.5 * radius))
+            .take_while(|radius| *radius >= RADII[0])
+            .collect();
+        radii.reverse();
         let shown = self.shown(words);
         let pixels = shown.len();
         let doubtful = surroundings.doubtful(&shown);
