@@ -10,6 +10,7 @@
 //! shell      a mesh's curved prisms → plain data for the accurate tier
 //! shape_map  image → signed distance to the pattern
 //! prepare    all of these → plain data for a renderer
+//! budget     so many pixels wrong and no more → the cheapest data for a renderer
 //! render     data → words of a picture, on the CPU or on a GPU, by the same code
 //! picture    words → PNG        aov  words → OpenEXR
 //! overlay    the polygon mesh over a picture

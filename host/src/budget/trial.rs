@@ -10,7 +10,7 @@ use relievo_shared::layout::Frame;
 /// Rays of a first trial, roughly, where the object may cover more pixels.
 pub(super) const FEW_RAYS: f64 = 5_000.0;
 /// Rays of a second one, where the first leaves a doubt.
-pub(super) const MANY_RAYS: f64 = 50_000.0;
+pub(super) const MANY_RAYS: f64 = 20_000.0;
 
 /// Standard deviations by which a share of some rays may differ from that of
 /// all pixels: one in two hundred does by more.
