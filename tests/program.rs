@@ -784,18 +784,18 @@ fn a_budget_takes_the_place_of_tier_and_steps() {
     let scene = text_of(&scene);
     let drawn = |budget: &str| {
         desk.run(&format!(
-            "render {scene} --size 80x60 --backend cpu --budget {budget} -o out.png"
+            "render {scene} --size 40x30 --backend cpu --budget {budget} -o out.png"
         ))
         .done()
         .stdout
     };
-    let [coarse, fine] = ["100px", "0.05"].map(drawn);
-    assert!(coarse.contains("100 px: tier planar"), "{coarse}");
-    assert!(fine.contains("0.05 px: tier accurate"), "{fine}");
+    let [coarse, fine] = ["4px", "0.02"].map(drawn);
+    assert!(coarse.contains("4 px: tier planar"), "{coarse}");
+    assert!(fine.contains("0.02 px: tier accurate"), "{fine}");
     assert!(desk.path("out.png").exists());
 
     let text = desk
-        .run(&format!("explain {scene} --size 80x60 --budget 1px"))
+        .run(&format!("explain {scene} --size 40x30 --budget 1px"))
         .done()
         .stdout;
     for part in [

@@ -74,7 +74,7 @@ fn a_planar_basic_scene_takes_half_the_memory() {
         }
         // The border of the plane, which has no cut sides in this tier, is out.
         scene.field_of_view = 15.0;
-        scene.set_budget(Some(0.5));
+        scene.set_budget(Some(2.0));
     });
     let explanation = explain(&scene).unwrap();
     let plan = explanation.objects[0].plan.as_ref().unwrap();

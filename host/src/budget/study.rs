@@ -123,6 +123,35 @@ impl Study {
         recipes.iter().map(outcome).collect()
     }
 
+    /// The least of `budgets` (pixels, in growing order) that the picture of each
+    /// of `recipes` keeps; infinity where it keeps none or cannot be drawn.
+    /// Nothing where the truth is not known.
+    ///
+    /// # Errors
+    /// As [`Study::outcomes`].
+    pub fn kept(&self, recipes: &[Recipe], budgets: &[f64]) -> Result<Vec<f64>, Error> {
+        let Some(judge) = self.reference.as_ref().map(Judge::new) else {
+            return Ok(Vec::new());
+        };
+        let least = |recipe: &Recipe| {
+            let prepared = match self.drawn(recipe) {
+                Ok(prepared) => prepared,
+                Err(Error::Object { .. }) => return Ok(f64::INFINITY),
+                Err(error) => return Err(error),
+            };
+            let mut least = f64::INFINITY;
+            // The largest first: what does not keep that is soon known.
+            for &budget in budgets.iter().rev() {
+                if judge.share_above(&prepared, budget)? > 1.0 - SHARE {
+                    break;
+                }
+                least = budget;
+            }
+            Ok(least)
+        };
+        recipes.iter().map(least).collect()
+    }
+
     /// Plans for each of `budgets` (pixels), and judges every pixel of what
     /// comes of it.
     ///

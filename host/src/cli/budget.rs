@@ -4,7 +4,7 @@ use super::progress::Bar;
 use super::{BenchBudgetArguments, Measured, say};
 use relievo::Error;
 use relievo::bench::Summary;
-use relievo::budget::{Held, Model, Outcome, Recipe, Study};
+use relievo::budget::{Held, Model, Recipe, Study};
 use relievo::prepare::PreparedScene;
 use relievo::render::gpu::{Adapter, Choice, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
@@ -172,16 +172,12 @@ fn sweep() -> Vec<Recipe> {
         for map in maps {
             let plain = Recipe::plain(tier, map);
             for tolerance in tolerances {
-                for slack in [0.0, 0.02] {
-                    for (steps, bisections) in [(plain.steps, plain.bisections), (32, 4)] {
-                        all.push(Recipe {
-                            tolerance: *tolerance,
-                            slack,
-                            steps,
-                            bisections,
-                            ..plain
-                        });
-                    }
+                for slack in [0.0, 0.02, 0.1] {
+                    all.push(Recipe {
+                        tolerance: *tolerance,
+                        slack,
+                        ..plain
+                    });
                 }
             }
         }
@@ -197,13 +193,16 @@ fn cost(
     arguments: &BenchBudgetArguments,
     tally: &mut [Tally],
 ) -> anyhow::Result<()> {
-    let variants = study.outcomes(&sweep())?;
-    let drawable = variants
+    let sweep = sweep();
+    let kept = study.kept(&sweep, &BUDGETS)?;
+    let variants: Vec<(Recipe, f64)> = sweep
+        .into_iter()
+        .zip(kept)
+        .filter(|(_, least)| least.is_finite())
+        .collect();
+    let recipes = variants
         .iter()
-        .filter(|outcome| outcome.error_px.is_finite());
-    let recipes = drawable
-        .clone()
-        .map(|outcome| outcome.recipe)
+        .map(|(recipe, _)| *recipe)
         .chain(held.iter().map(|held| held.plan.recipe));
     let scenes = recipes
         .map(|recipe| study.drawn(&recipe))
@@ -215,7 +214,6 @@ fn cost(
     if let Some(adapter) = adapter {
         times.push((1, gpu_times(&scenes, adapter, arguments.frames)?));
     }
-    let variants: Vec<&Outcome> = drawable.collect();
     for (backend, times) in times {
         let (of_variants, of_plans) = times.split_at(variants.len());
         for ((budget, tally), (held, time)) in BUDGETS
@@ -225,7 +223,7 @@ fn cost(
         {
             let keepers = variants.iter().zip(of_variants);
             let cheapest = keepers
-                .filter(|(variant, _)| variant.error_px <= *budget)
+                .filter(|((_, least), _)| least <= budget)
                 .map(|(_, time)| *time)
                 .reduce(f64::min);
             // The plan itself may be the cheapest.

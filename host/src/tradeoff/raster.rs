@@ -42,7 +42,7 @@ mod tests {
         let svg = report().to_svg().unwrap();
         let bytes = png(&svg).unwrap();
         let picture = image::load_from_memory(&bytes).unwrap().into_rgb8();
-        assert_eq!(picture.width(), 2560);
+        assert_eq!(picture.width(), 2840);
         let count = |wanted: [u8; 3]| picture.pixels().filter(|pixel| pixel.0 == wanted).count();
         // Fronts, dominated points and white.
         assert!(count([192, 30, 60]) > 500);
