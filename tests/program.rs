@@ -849,14 +849,14 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
     desk.fails(&merge, 1, "lacks variants: 1 of shard 2/2");
     let again = desk.run(&sweep("--shard 2/2")).done();
     assert!(
-        again.stdout.contains("measured: 1, kept from before: 5"),
+        again.stdout.contains("measured: 1, kept from before: 6"),
         "{}",
         again.stdout
     );
     let before = fs::read(&part).unwrap();
     let again = desk.run(&sweep("--shard 2/2")).done();
     assert!(
-        again.stdout.contains("measured: 0, kept from before: 6"),
+        again.stdout.contains("measured: 0, kept from before: 7"),
         "{}",
         again.stdout
     );
@@ -867,11 +867,11 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
         assert!(merged.stdout.contains(name), "{}", merged.stdout);
     }
     let csv = fs::read_to_string(desk.path("out/tradeoff.csv")).unwrap();
-    assert_eq!(csv.lines().count(), 1 + 13, "{csv}");
+    assert_eq!(csv.lines().count(), 1 + 14, "{csv}");
     let page = fs::read_to_string(desk.path("out/tradeoff.md")).unwrap();
     let chart = fs::read_to_string(desk.path("out/pareto.svg")).unwrap();
     // What follows prisms is nearest to the truth, which is prisms as well.
-    let best = "accurate-0.1px/96+8/r16/1:1/1x/no-shadow/cpu";
+    let best = "accurate-0.1px/96+8/slack-0px/r16/1:1/1x/no-shadow/cpu";
     assert!(page.contains(best) && chart.contains(best), "{page}");
     let picture = image::open(desk.path("out/pareto.png"))
         .unwrap()
@@ -882,13 +882,13 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
         .flat_map(|number| measured(&desk, &format!("out/measurements-{number}-of-2.jsonl")))
         .filter(|line| line.get("key").is_some())
         .collect();
-    assert_eq!(lines.len(), 13);
+    assert_eq!(lines.len(), 14);
     let errors = |key: &str| {
         let line = lines.iter().find(|line| line["key"] == key).unwrap();
         line["measured"]["errors"]["misplaced"].as_f64().unwrap()
     };
-    let fast = errors("fast/96+8/r16/1:1/1x/no-shadow/cpu");
-    let planar = errors("planar/96+8/r16/1:1/1x/no-shadow/cpu");
+    let fast = errors("fast/96+8/slack-0px/r16/1:1/1x/no-shadow/cpu");
+    let planar = errors("planar/96+8/slack-0px/r16/1:1/1x/no-shadow/cpu");
     assert!(errors(best) < fast && fast < planar);
 }
 
@@ -901,7 +901,7 @@ fn tradeoff_leaves_out_what_a_scene_cannot_have() {
     desk.run(&format!("{quick} deep")).done();
     let page = fs::read_to_string(desk.path("deep/tradeoff.md")).unwrap();
     assert!(
-        page.contains("13 variants at 32 × 24 pixels, of which 11 were measured"),
+        page.contains("14 variants at 32 × 24 pixels, of which 12 were measured"),
         "{page}"
     );
     assert!(page.contains("2 variants `accurate-0.1px/*/"), "{page}");
