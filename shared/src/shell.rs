@@ -1,7 +1,7 @@
 //! One pixel of one curved prism, from the ray to the colour: the accurate
 //! tier's counterpart of [`crate::fragment`].
 
-use crate::arithmetic::{div, floor, kept3, normalize_or, sqrt};
+use crate::arithmetic::{div, floor, kept, kept3, normalize_or, sqrt};
 use crate::camera::reversed_depth;
 use crate::contract::{check, check2, check3};
 use crate::fragment::{Hit, Normals};
@@ -154,8 +154,8 @@ fn lit<S: Shells + ?Sized, T: Texels + ?Sized>(
         Vec3::ZERO,
     );
     let rate = Vec2::new(
-        sideways.dot(surface.gradient_u),
-        sideways.dot(surface.gradient_v),
+        kept(sideways.dot(kept3(surface.gradient_u))),
+        kept(sideways.dot(kept3(surface.gradient_v))),
     ) * map.size;
     let speed = sqrt(rate.dot(rate));
     let offset = if speed > 1e-12 {

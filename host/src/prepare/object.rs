@@ -75,10 +75,11 @@ pub(super) fn prepare_object(
         search: object.search_code(),
         self_shadow: u32::from(object.self_shadow),
     };
+    let flat = FLAT / mesh.bounds.diagonal();
     let triangles = mesh
         .triangles
         .par_iter()
-        .map(|triangle| narrow_triangle(triangle, origin, object.repeat))
+        .map(|triangle| narrow_triangle(triangle, origin, object.repeat, flat))
         .collect();
     let mut prepared = PreparedObject {
         name: object.name.clone(),
@@ -100,7 +101,13 @@ pub(super) fn prepare_object(
 /// A triangle in the renderers' units: f32, positions relative to `origin`,
 /// texture coordinates in repeats of the pattern, v down as rows of an image
 /// run (OBJ's v goes up), less a whole number of repeats.
-fn narrow_triangle(triangle: &MeshTriangle, origin: DVec3, repeat: [f64; 2]) -> Triangle {
+/// Less curvature than `flat` is none.
+fn narrow_triangle(
+    triangle: &MeshTriangle,
+    origin: DVec3,
+    repeat: [f64; 2],
+    flat: f64,
+) -> Triangle {
     let uv = triangle
         .corners
         .map(|corner| [corner.uv.x * repeat[0], -corner.uv.y * repeat[1]]);
@@ -112,7 +119,8 @@ fn narrow_triangle(triangle: &MeshTriangle, origin: DVec3, repeat: [f64; 2]) -> 
             normal: narrow(corner.normal),
             tangent: narrow(corner.tangent),
             uv: [0, 1].map(|axis| (uv[i][axis] - whole[axis]) as f32),
-            quadric: [corner.quadric.xx, corner.quadric.xy, corner.quadric.yy].map(|q| q as f32),
+            quadric: [corner.quadric.xx, corner.quadric.xy, corner.quadric.yy]
+                .map(|q| if q.abs() < flat { 0.0 } else { q as f32 }),
             gradient_u: narrow(corner.gradient_u * repeat[0]),
             gradient_v: narrow(corner.gradient_v * -repeat[1]),
         };
@@ -122,6 +130,10 @@ fn narrow_triangle(triangle: &MeshTriangle, origin: DVec3, repeat: [f64; 2]) -> 
         handedness: triangle.corners[0].handedness as f32,
     }
 }
+
+/// Curvature times the mesh's size, below which it is what rounding leaves of a
+/// flat mesh that was turned: its squares would be denormal.
+const FLAT: f64 = 1e-14;
 
 /// Share of the surface that may have its texels further apart than
 /// [`coarsest_texels`] says.
