@@ -20,7 +20,6 @@ mod plan;
 mod random;
 mod recipe;
 mod study;
-
 mod trial;
 mod view;
 
@@ -29,8 +28,7 @@ pub(crate) use plan::plan;
 pub use plan::{Plan, Promise};
 pub use random::random_scene;
 pub use recipe::Recipe;
-pub use study::{Held, Outcome, Study};
-
+pub use study::{Held, Study};
 pub use trial::Trial;
 pub(crate) use view::smaller_stretch;
 pub use view::{View, look};

@@ -6,7 +6,6 @@ use super::{Recipe, Trial, View};
 use crate::Error;
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::scene::{MapOptions, SceneObject, Tier};
-use crate::shape_map::Storage;
 use std::fmt;
 
 /// Steps beside twice those that a trial's rays took.
@@ -48,33 +47,21 @@ pub(crate) fn plan(
     scene: &PreparedScene,
     make: &mut dyn FnMut(&SceneObject) -> Result<PreparedObject, Error>,
 ) -> Result<(Plan, PreparedObject), Error> {
-    let finest = map.map_or_else(MapOptions::default, |_| MapOptions {
-        storage: Storage::R32F,
-        reduction: 1,
-    });
+    let finest = map.map_or_else(MapOptions::default, |_| MapOptions::FINEST);
     let reference = match make(&Recipe::plain(Tier::Accurate, finest).of(object)) {
         Ok(reference) => scene.alone(reference),
         Err(Error::Object { problem, .. }) => {
-            let recipe = Recipe::plain(Tier::Fast, MapOptions::default());
-            let drawn = make(&recipe.of(object))?;
-            let plan = Plan {
-                budget,
-                recipe,
-                view,
-                trials: Vec::new(),
-                promise: Promise::Doubtful(problem),
-            };
-            return Ok((plan, drawn));
+            return untried(object, budget, view, Vec::new(), problem, make);
         }
         Err(error) => return Err(error),
     };
     let judge = Judge::new(&reference, FEW_RAYS);
     let mut careful_judge = None;
     let mut trials = Vec::new();
-    let mut last: Option<(Recipe, Trial)> = None;
+    let mut last: Option<(Recipe, Trial, PreparedObject)> = None;
     for recipe in recipes(&view, budget, map) {
         // What is far too wrong in one tier is so with more care, too.
-        if let Some((other, trial)) = last
+        if let Some((other, trial, _)) = &last
             && other.tier == recipe.tier
             && !trial.is_near()
         {
@@ -89,43 +76,60 @@ pub(crate) fn plan(
             }
             Err(error) => return Err(error),
         };
-        let mut trial = judge.judge(scene.alone(drawn), budget)?;
+        let mut drawn = scene.alone(drawn);
+        let mut trial = judge.judge(&mut drawn, budget)?;
         if trial.is_doubtful() {
             let judge = careful_judge.get_or_insert_with(|| Judge::new(&reference, MANY_RAYS));
-            let again = make(&recipe.of(object))?;
-            trial = judge.judge(scene.alone(again), budget)?;
+            trial = judge.judge(&mut drawn, budget)?;
         }
         trials.push((recipe, Some(trial)));
-        last = Some((recipe, trial));
+        last = Some((recipe, trial, drawn.objects.remove(0)));
         if trial.keeps() {
             break;
         }
     }
-    let (recipe, promise) = match last {
-        Some((recipe, trial)) if trial.keeps() => {
-            let steps = recipe.steps.min(2 * trial.steps + SPARE_STEPS);
-            (Recipe { steps, ..recipe }, Promise::Kept)
-        }
-        Some((recipe, trial)) => {
-            let reason = format!(
-                "on {:.2} % of the rays tried even the most careful way is wrong by more",
-                100.0 * trial.share_above
-            );
-            (recipe, Promise::Doubtful(reason))
-        }
-        None => {
-            let reason = "nothing could be tried".to_string();
-            let recipe = Recipe::plain(Tier::Fast, MapOptions::default());
-            (recipe, Promise::Doubtful(reason))
-        }
+    let Some((mut recipe, trial, mut drawn)) = last else {
+        let reason = "nothing could be tried".to_string();
+        return untried(object, budget, view, trials, reason, make);
     };
-    let drawn = make(&recipe.of(object))?;
+    let promise = if trial.keeps() {
+        recipe.steps = recipe.steps.min(2 * trial.steps + SPARE_STEPS);
+        Promise::Kept
+    } else {
+        Promise::Doubtful(format!(
+            "on {:.2} % of the rays tried even the most careful way is wrong by more",
+            100.0 * trial.share_above
+        ))
+    };
+    drawn.parameters.linear_steps = recipe.steps;
     let plan = Plan {
         budget,
         recipe,
         view,
         trials,
         promise,
+    };
+    Ok((plan, drawn))
+}
+
+/// The plan where no trial says anything, for that `reason`: the fast tier, and
+/// no promise.
+fn untried(
+    object: &SceneObject,
+    budget: f64,
+    view: View,
+    trials: Vec<(Recipe, Option<Trial>)>,
+    reason: String,
+    make: &mut dyn FnMut(&SceneObject) -> Result<PreparedObject, Error>,
+) -> Result<(Plan, PreparedObject), Error> {
+    let recipe = Recipe::plain(Tier::Fast, MapOptions::default());
+    let drawn = make(&recipe.of(object))?;
+    let plan = Plan {
+        budget,
+        recipe,
+        view,
+        trials,
+        promise: Promise::Doubtful(reason),
     };
     Ok((plan, drawn))
 }

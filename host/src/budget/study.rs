@@ -1,14 +1,12 @@
 //! Random scenes, measured: what the model is fitted to, and whether plans
 //! hold what they promise.
 
+use super::trial::Judge;
 use super::{Plan, Promise, Recipe, View, look, random_scene};
 use crate::Error;
-use crate::oracle::{MeshOracle, SHARE, Truth};
+use crate::oracle::SHARE;
 use crate::prepare::{PreparedScene, prepare};
-use crate::render::{CpuRenderer, Renderer};
 use crate::scene::{MapOptions, Scene, Tier};
-use crate::shape_map::Storage;
-use glam::DVec3;
 use std::path::Path;
 
 /// Errors are looked for up to this, pixels.
@@ -20,15 +18,6 @@ pub struct Study {
     pub scene: Scene,
     /// As accurate as can be; none where prisms of that depth cannot be made.
     reference: Option<PreparedScene>,
-}
-
-/// A picture of a [`Study`].
-#[derive(Clone, Debug, PartialEq)]
-pub struct Outcome {
-    /// How it is drawn.
-    pub recipe: Recipe,
-    /// The error in pixels; see [`crate::oracle::Displacements::error_px`].
-    pub error_px: f64,
 }
 
 /// A planned picture of a [`Study`], held to its promise.
@@ -62,13 +51,7 @@ impl Study {
     pub fn new(series: u64, number: u64, size: [u32; 2], assets: &Path) -> Result<Study, Error> {
         let text = random_scene(series, number, size);
         let scene = Scene::parse(&text, &assets.join("scenes/random.toml"))?;
-        let finest = Recipe::plain(
-            Tier::Accurate,
-            MapOptions {
-                storage: Storage::R32F,
-                reduction: 1,
-            },
-        );
+        let finest = Recipe::plain(Tier::Accurate, MapOptions::FINEST);
         let reference = match drawn(&scene, &finest) {
             Ok(prepared) => Some(prepared),
             Err(Error::Object { .. }) => None,
@@ -100,27 +83,16 @@ impl Study {
         drawn(&self.scene, recipe)
     }
 
-    /// How wrong the pictures of `recipes` are; infinity for those that cannot
-    /// be drawn. Nothing where the truth is not known.
+    /// How wrong the pictures of `recipes` are, pixels (see
+    /// [`crate::oracle::Displacements::error_px`]); infinity for those that
+    /// cannot be drawn. Nothing where the truth is not known.
     ///
     /// # Errors
-    /// As [`prepare`] and [`Renderer::geometry`].
-    pub fn outcomes(&self, recipes: &[Recipe]) -> Result<Vec<Outcome>, Error> {
-        let Some(judge) = self.reference.as_ref().map(Judge::new) else {
-            return Ok(Vec::new());
-        };
-        let outcome = |recipe: &Recipe| {
-            let error_px = match self.drawn(recipe) {
-                Ok(prepared) => judge.errors(&prepared, LARGEST)?.error_px(),
-                Err(Error::Object { .. }) => f64::INFINITY,
-                Err(error) => return Err(error),
-            };
-            Ok(Outcome {
-                recipe: *recipe,
-                error_px,
-            })
-        };
-        recipes.iter().map(outcome).collect()
+    /// As [`prepare`] and [`crate::render::Renderer::geometry`].
+    pub fn errors_px(&self, recipes: &[Recipe]) -> Result<Vec<f64>, Error> {
+        self.each(recipes, |judge, prepared| {
+            Ok(judge.displacements(prepared, LARGEST)?.error_px())
+        })
     }
 
     /// The least of `budgets` (pixels, in growing order) that the picture of each
@@ -128,45 +100,54 @@ impl Study {
     /// Nothing where the truth is not known.
     ///
     /// # Errors
-    /// As [`Study::outcomes`].
+    /// As [`Study::errors_px`].
     pub fn kept(&self, recipes: &[Recipe], budgets: &[f64]) -> Result<Vec<f64>, Error> {
-        let Some(judge) = self.reference.as_ref().map(Judge::new) else {
-            return Ok(Vec::new());
-        };
-        let least = |recipe: &Recipe| {
-            let prepared = match self.drawn(recipe) {
-                Ok(prepared) => prepared,
-                Err(Error::Object { .. }) => return Ok(f64::INFINITY),
-                Err(error) => return Err(error),
-            };
+        self.each(recipes, |judge, prepared| {
             let mut least = f64::INFINITY;
             // The largest first: what does not keep that is soon known.
             for &budget in budgets.iter().rev() {
-                if judge.share_above(&prepared, budget)? > 1.0 - SHARE {
+                if judge.judge(prepared, budget)?.share_above > 1.0 - SHARE {
                     break;
                 }
                 least = budget;
             }
             Ok(least)
+        })
+    }
+
+    /// What `value` says of the picture of each of `recipes`; infinity for those
+    /// that cannot be drawn. Nothing where the truth is not known.
+    fn each(
+        &self,
+        recipes: &[Recipe],
+        value: impl Fn(&Judge<'_>, &mut PreparedScene) -> Result<f64, Error>,
+    ) -> Result<Vec<f64>, Error> {
+        let Some(judge) = self.reference.as_ref().map(Judge::of_every_pixel) else {
+            return Ok(Vec::new());
         };
-        recipes.iter().map(least).collect()
+        let value = |recipe: &Recipe| match self.drawn(recipe) {
+            Ok(mut prepared) => value(&judge, &mut prepared),
+            Err(Error::Object { .. }) => Ok(f64::INFINITY),
+            Err(error) => Err(error),
+        };
+        recipes.iter().map(value).collect()
     }
 
     /// Plans for each of `budgets` (pixels), and judges every pixel of what
     /// comes of it.
     ///
     /// # Errors
-    /// As [`Study::outcomes`].
+    /// As [`Study::errors_px`].
     pub fn hold(&self, budgets: &[f64]) -> Result<Vec<Held>, Error> {
-        let judge = self.reference.as_ref().map(Judge::new);
+        let judge = self.reference.as_ref().map(Judge::of_every_pixel);
         let held = |budget: &f64| {
             let mut scene = self.scene.clone();
             for object in &mut scene.objects {
                 object.budget = Some(*budget);
             }
-            let prepared = prepare(&scene, &|_| ())?;
+            let mut prepared = prepare(&scene, &|_| ())?;
             let share_above = match &judge {
-                Some(judge) => Some(judge.share_above(&prepared, *budget)?),
+                Some(judge) => Some(judge.judge(&mut prepared, *budget)?.share_above),
                 None => None,
             };
             let planned = prepared.objects.into_iter().find_map(|object| object.plan);
@@ -176,51 +157,6 @@ impl Study {
             .iter()
             .filter_map(|budget| held(budget).transpose())
             .collect()
-    }
-}
-
-/// The truth of every pixel.
-struct Judge<'a> {
-    reference: &'a PreparedScene,
-    oracle: MeshOracle<'a>,
-    truth: Truth,
-}
-
-impl<'a> Judge<'a> {
-    fn new(reference: &'a PreparedScene) -> Judge<'a> {
-        let oracle = MeshOracle::new(reference);
-        let eye = DVec3::from(reference.camera.eye);
-        let truth = Truth::of(&oracle, eye, &reference.frame);
-        Judge {
-            reference,
-            oracle,
-            truth,
-        }
-    }
-
-    fn errors(
-        &self,
-        prepared: &PreparedScene,
-        largest: f64,
-    ) -> Result<crate::oracle::Displacements, Error> {
-        let frame = &self.reference.frame;
-        let words = CpuRenderer::new(prepared).geometry(frame)?;
-        let eye = DVec3::from(self.reference.camera.eye);
-        Ok(self
-            .truth
-            .displacements(&self.oracle, eye, frame, &words, largest))
-    }
-
-    /// The share of all pixels that is wrong by more than `budget`.
-    fn share_above(&self, prepared: &PreparedScene, budget: f64) -> Result<f64, Error> {
-        let frame = &self.reference.frame;
-        let words = CpuRenderer::new(prepared).geometry(frame)?;
-        let eye = DVec3::from(self.reference.camera.eye);
-        let oracle = &self.oracle;
-        let (_, share) = self
-            .truth
-            .share_above(oracle, eye, frame, 1.0, &words, budget);
-        Ok(share)
     }
 }
 

@@ -1,10 +1,11 @@
 //! How wrong a way to draw an object is, on some of the picture's own rays.
 
+use super::view::thinned;
 use crate::mesh::Bounds;
-use crate::oracle::{MeshOracle, SHARE, Truth};
+use crate::oracle::{Displacements, MeshOracle, SHARE, Truth};
 use crate::prepare::PreparedScene;
-use crate::render::{CpuRenderer, RenderError, Renderer};
-use glam::{DVec3, Vec3};
+use crate::render::{CpuRenderer, GeometryWords, RenderError, Renderer};
+use glam::DVec3;
 use relievo_shared::layout::Frame;
 
 /// Rays of a first trial, roughly, where the object may cover more pixels.
@@ -52,7 +53,7 @@ impl Trial {
     }
 }
 
-/// The truth of one object on a grid of rays.
+/// The truth on a grid of rays.
 pub(super) struct Judge<'a> {
     oracle: MeshOracle<'a>,
     truth: Truth,
@@ -67,6 +68,15 @@ impl<'a> Judge<'a> {
     /// that is the scene's, on about as many `rays`.
     pub(super) fn new(reference: &'a PreparedScene, rays: f64) -> Judge<'a> {
         let (frame, stride) = grid(reference, rays);
+        Judge::on(reference, frame, stride)
+    }
+
+    /// Of every pixel of the picture of `reference`.
+    pub(super) fn of_every_pixel(reference: &'a PreparedScene) -> Judge<'a> {
+        Judge::on(reference, reference.frame, 1.0)
+    }
+
+    fn on(reference: &'a PreparedScene, frame: Frame, stride: f64) -> Judge<'a> {
         let oracle = MeshOracle::new(reference);
         let eye = DVec3::from(reference.camera.eye);
         let truth = Truth::of(&oracle, eye, &frame);
@@ -79,17 +89,13 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// How wrong `scene` is, which holds the same object drawn in another way.
+    /// How wrong `scene` is, which holds the same drawn in another way.
     pub(super) fn judge(
         &self,
-        mut scene: PreparedScene,
+        scene: &mut PreparedScene,
         budget: f64,
     ) -> Result<Trial, RenderError> {
-        // A pixel is smaller than what lies between two rays.
-        for object in &mut scene.objects {
-            object.parameters.tolerance /= self.stride as f32;
-        }
-        let words = CpuRenderer::new(&scene).geometry(&self.frame)?;
+        let words = self.words(scene)?;
         let (rays, share_above) = self.truth.share_above(
             &self.oracle,
             self.eye,
@@ -106,6 +112,32 @@ impl<'a> Judge<'a> {
             steps: pixels.map(|i| words.steps(i)).max().unwrap_or_default(),
         })
     }
+
+    /// The errors of `scene` up to `largest` pixels, on a grid of every pixel.
+    pub(super) fn displacements(
+        &self,
+        scene: &mut PreparedScene,
+        largest: f64,
+    ) -> Result<Displacements, RenderError> {
+        let words = self.words(scene)?;
+        let (oracle, truth) = (&self.oracle, &self.truth);
+        Ok(truth.displacements(oracle, self.eye, &self.frame, &words, largest))
+    }
+
+    /// The picture of `scene` on these rays.
+    fn words(&self, scene: &mut PreparedScene) -> Result<GeometryWords, RenderError> {
+        // A pixel is smaller than what lies between two rays.
+        let objects = scene.objects.iter();
+        let own: Vec<f32> = objects.map(|object| object.parameters.tolerance).collect();
+        for object in &mut scene.objects {
+            object.parameters.tolerance /= self.stride as f32;
+        }
+        let words = CpuRenderer::new(scene).geometry(&self.frame);
+        for (object, tolerance) in scene.objects.iter_mut().zip(own) {
+            object.parameters.tolerance = tolerance;
+        }
+        words
+    }
 }
 
 /// A frame of about as many `rays` over the rectangle of the picture in which
@@ -115,17 +147,9 @@ fn grid(scene: &PreparedScene, rays: f64) -> (Frame, f64) {
     let [left, top, right, bottom] = rectangle(scene);
     let area = (right - left) * (bottom - top);
     let stride = (area / rays).sqrt().floor().max(1.0);
-    let start = Vec3::from(frame.ray_first)
-        + Vec3::from(frame.ray_right) * (left + 0.5 * (stride - 1.0).floor()) as f32
-        + Vec3::from(frame.ray_down) * (top + 0.5 * (stride - 1.0).floor()) as f32;
-    let sides = [right - left, bottom - top].map(|side| (side / stride).floor().max(1.0) as f32);
-    let grid = Frame {
-        ray_first: start.to_array(),
-        ray_right: (Vec3::from(frame.ray_right) * stride as f32).to_array(),
-        ray_down: (Vec3::from(frame.ray_down) * stride as f32).to_array(),
-        size: sides,
-        ..*frame
-    };
+    let first = [left, top].map(|side| (side + 0.5 * (stride - 1.0).floor()) as f32);
+    let size = [right - left, bottom - top].map(|side| (side / stride).floor().max(1.0) as f32);
+    let grid = thinned(frame, first, [stride as f32; 2], size);
     (grid, stride)
 }
 

@@ -73,17 +73,25 @@ pub fn look(scene: &PreparedScene) -> Vec<View> {
 
 /// `frame` with at most [`GRID`] rays along each side.
 fn coarse(frame: &Frame) -> Frame {
-    let [across, down] = frame.size.map(|side| (side / GRID).max(1.0));
-    let [first, right, below] = [frame.ray_first, frame.ray_right, frame.ray_down].map(Vec3::from);
-    let middle = first + right * (0.5 * across - 0.5) + below * (0.5 * down - 0.5);
+    let strides = frame.size.map(|side| (side / GRID).max(1.0));
+    let size = [0, 1].map(|axis| (frame.size[axis] / strides[axis]).floor());
+    thinned(
+        frame,
+        strides.map(|stride| 0.5 * stride - 0.5),
+        strides,
+        size,
+    )
+}
+
+/// The rays of `frame` from `first` on (pixels from its first ray), `strides`
+/// pixels apart, `size` of them along each side.
+pub(super) fn thinned(frame: &Frame, first: [f32; 2], strides: [f32; 2], size: [f32; 2]) -> Frame {
+    let [start, right, down] = [frame.ray_first, frame.ray_right, frame.ray_down].map(Vec3::from);
     Frame {
-        ray_first: middle.to_array(),
-        ray_right: (right * across).to_array(),
-        ray_down: (below * down).to_array(),
-        size: [
-            (frame.size[0] / across).floor(),
-            (frame.size[1] / down).floor(),
-        ],
+        ray_first: (start + right * first[0] + down * first[1]).to_array(),
+        ray_right: (right * strides[0]).to_array(),
+        ray_down: (down * strides[1]).to_array(),
+        size,
         ..*frame
     }
 }

@@ -1,7 +1,7 @@
 //! `relievo bench`.
 
 use super::progress::Bar;
-use super::session::{load, load_with};
+use super::session::{load, load_with, measured_adapter};
 use super::{BenchSceneArguments, BenchTable1Arguments, Measured, say};
 use anyhow::bail;
 use relievo::Error;
@@ -16,7 +16,7 @@ use std::time::Instant;
 
 /// `relievo bench scene`.
 pub fn scenes(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
-    let found = adapter(arguments.adapter.as_deref(), false)?;
+    let found = measured_adapter(Measured::Both, arguments.adapter.as_deref())?;
     for path in &arguments.scenes {
         scene(path, arguments, found.as_ref())?;
     }
@@ -193,24 +193,9 @@ fn in_turn(
     Ok(())
 }
 
-/// The adapter with `wanted` in its name, or any; there must be one if it is
-/// named or `required`.
-fn adapter(wanted: Option<&str>, required: bool) -> Result<Option<Adapter>, Error> {
-    match choose(wanted) {
-        Ok(found) => Ok(Some(found)),
-        Err(error) if required || wanted.is_some() => Err(error.into()),
-        Err(_) => Ok(None),
-    }
-}
-
 /// `relievo bench table1`.
 pub fn table1(arguments: &BenchTable1Arguments) -> anyhow::Result<()> {
-    let wanted = arguments.adapter.as_deref();
-    let found = match arguments.backend {
-        Measured::Cpu => None,
-        Measured::Gpu => adapter(wanted, true)?,
-        Measured::Both => adapter(wanted, false)?,
-    };
+    let found = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
     let mut backends = Vec::new();
     if arguments.backend != Measured::Gpu {
         backends.push(Backend::Cpu);

@@ -1,16 +1,15 @@
 //! `relievo bench budget`.
 
 use super::progress::Bar;
+use super::session::measured_adapter;
 use super::{BenchBudgetArguments, Measured, say};
 use relievo::Error;
-use relievo::bench::Summary;
+use relievo::bench::{Backend, Summary, Timed};
 use relievo::budget::{Held, Model, Recipe, Study};
 use relievo::prepare::PreparedScene;
-use relievo::render::gpu::{Adapter, Choice, choose};
-use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::render::gpu::{Adapter, Shaders};
 use relievo::scene::{MapOptions, Tier};
 use relievo::shape_map::Storage;
-use std::time::Instant;
 
 /// The budgets that are measured, pixels.
 const BUDGETS: [f64; 3] = [0.1, 0.5, 2.0];
@@ -19,36 +18,39 @@ pub fn run(arguments: &BenchBudgetArguments) -> anyhow::Result<()> {
     if arguments.fit {
         return fit(arguments);
     }
-    let adapter = match arguments.backend {
-        Measured::Cpu => None,
-        Measured::Gpu => Some(choose(arguments.adapter.as_deref()).map_err(Error::from)?),
-        Measured::Both => choose(arguments.adapter.as_deref()).ok(),
-    };
+    let adapter = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
     let mut tally: [Tally; BUDGETS.len()] = Default::default();
-    let bar = Bar::new();
-    for number in 0..arguments.scenes {
-        bar.show(
-            format!("scene {} of {}", number + 1, arguments.scenes),
-            number as f64 / arguments.scenes as f64,
-        );
-        let study = study(arguments, number)?;
+    for_each_study(arguments, |number, study| {
         let held = study.hold(&BUDGETS)?;
         for (held, tally) in held.iter().zip(&mut tally) {
             tally.add(number, held);
         }
         if arguments.cost && study.has_truth() {
-            cost(&study, &held, adapter.as_ref(), arguments, &mut tally)?;
+            cost(study, &held, adapter.as_ref(), arguments, &mut tally)?;
         }
-    }
-    drop(bar);
+        Ok(())
+    })?;
     for (budget, tally) in BUDGETS.iter().zip(&tally) {
         tally.say(*budget, arguments.series)?;
     }
     Ok(())
 }
 
-fn study(arguments: &BenchBudgetArguments, number: u64) -> Result<Study, Error> {
-    Study::new(arguments.series, number, arguments.size, &arguments.assets)
+/// Calls `visit` with each random scene and its number.
+fn for_each_study(
+    arguments: &BenchBudgetArguments,
+    mut visit: impl FnMut(u64, &Study) -> anyhow::Result<()>,
+) -> anyhow::Result<()> {
+    let bar = Bar::new();
+    for number in 0..arguments.scenes {
+        bar.show(
+            format!("scene {} of {}", number + 1, arguments.scenes),
+            number as f64 / arguments.scenes as f64,
+        );
+        let study = Study::new(arguments.series, number, arguments.size, &arguments.assets)?;
+        visit(number, &study)?;
+    }
+    Ok(())
 }
 
 /// Prints the models that fit the scenes.
@@ -56,21 +58,15 @@ fn fit(arguments: &BenchBudgetArguments) -> anyhow::Result<()> {
     let tiers = [Tier::Planar, Tier::Fast];
     let recipes = tiers.map(|tier| Recipe::plain(tier, MapOptions::default()));
     let mut cases = [Vec::new(), Vec::new()];
-    let bar = Bar::new();
-    for number in 0..arguments.scenes {
-        bar.show(
-            format!("scene {} of {}", number + 1, arguments.scenes),
-            number as f64 / arguments.scenes as f64,
-        );
-        let study = study(arguments, number)?;
+    for_each_study(arguments, |_, study| {
         let view = study.view()?;
         if view.rays > 0 {
-            for (outcome, cases) in study.outcomes(&recipes)?.iter().zip(&mut cases) {
-                cases.push((view, outcome.error_px));
+            for (error_px, cases) in study.errors_px(&recipes)?.into_iter().zip(&mut cases) {
+                cases.push((view, error_px));
             }
         }
-    }
-    drop(bar);
+        Ok(())
+    })?;
     for (tier, cases) in tiers.iter().zip(&cases) {
         match Model::fit(cases) {
             Some(model) => say(format_args!(
@@ -209,10 +205,16 @@ fn cost(
         .collect::<Result<Vec<_>, _>>()?;
     let mut times = Vec::new();
     if arguments.backend != Measured::Gpu {
-        times.push((0, cpu_times(&scenes, arguments.frames)?));
+        times.push((0, times_of(&scenes, &Backend::Cpu, arguments.frames)?));
     }
     if let Some(adapter) = adapter {
-        times.push((1, gpu_times(&scenes, adapter, arguments.frames)?));
+        let shaders = if adapter.takes_spirv() {
+            Shaders::Fast
+        } else {
+            Shaders::Portable
+        };
+        let backend = Backend::Gpu(adapter, shaders);
+        times.push((1, times_of(&scenes, &backend, arguments.frames)?));
     }
     for (backend, times) in times {
         let (of_variants, of_plans) = times.split_at(variants.len());
@@ -235,39 +237,23 @@ fn cost(
     Ok(())
 }
 
-fn medians(times: &[Vec<f64>]) -> Vec<f64> {
+/// Median milliseconds of a frame of each of `scenes`, in turn.
+fn times_of(
+    scenes: &[PreparedScene],
+    backend: &Backend<'_>,
+    frames: u32,
+) -> Result<Vec<f64>, Error> {
+    let renderers = scenes.iter().map(|scene| Timed::new(scene, backend));
+    let mut renderers = renderers.collect::<Result<Vec<_>, _>>()?;
+    let mut times = vec![Vec::new(); scenes.len()];
+    for round in 0..=frames {
+        for ((renderer, scene), times) in renderers.iter_mut().zip(scenes).zip(&mut times) {
+            let (time, _) = renderer.time(&scene.frame)?;
+            if round > 0 {
+                times.push(time);
+            }
+        }
+    }
     let median = |times: &Vec<f64>| Summary::of(times).map_or(0.0, |summary| summary.median);
-    times.iter().map(median).collect()
-}
-
-/// Median seconds of a frame of each of `scenes`, in turn.
-fn cpu_times(scenes: &[PreparedScene], frames: u32) -> Result<Vec<f64>, Error> {
-    let mut renderers: Vec<_> = scenes.iter().map(CpuRenderer::new).collect();
-    let mut times = vec![Vec::new(); scenes.len()];
-    for round in 0..=frames {
-        for ((renderer, scene), times) in renderers.iter_mut().zip(scenes).zip(&mut times) {
-            let start = Instant::now();
-            renderer.color(&scene.frame)?;
-            if round > 0 {
-                times.push(start.elapsed().as_secs_f64());
-            }
-        }
-    }
-    Ok(medians(&times))
-}
-
-/// As [`cpu_times`], on `adapter`.
-fn gpu_times(scenes: &[PreparedScene], adapter: &Adapter, frames: u32) -> Result<Vec<f64>, Error> {
-    let renderer = |scene| GpuRenderer::new(scene, adapter, Choice::Fastest);
-    let mut renderers = scenes.iter().map(renderer).collect::<Result<Vec<_>, _>>()?;
-    let mut times = vec![Vec::new(); scenes.len()];
-    for round in 0..=frames {
-        for ((renderer, scene), times) in renderers.iter_mut().zip(scenes).zip(&mut times) {
-            let time = renderer.time_color(&scene.frame)?;
-            if round > 0 {
-                times.push(time.pass.unwrap_or(time.wall).as_secs_f64());
-            }
-        }
-    }
-    Ok(medians(&times))
+    Ok(times.iter().map(median).collect())
 }

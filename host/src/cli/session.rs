@@ -1,11 +1,11 @@
 //! What the commands have in common: loading a scene, choosing a renderer.
 
 use super::progress::Bar;
-use super::{Backend, say};
+use super::{Backend, Measured, say};
 use relievo::Error;
 use relievo::budget::Promise;
 use relievo::prepare::{PreparedScene, Step, prepare, prepare_view};
-use relievo::render::gpu::{Choice, adapters, choose};
+use relievo::render::gpu::{Adapter, Choice, adapters, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Scene;
 use std::path::Path;
@@ -62,6 +62,22 @@ fn load_by(
         prepared.preparation.as_secs_f64()
     );
     Ok(Loaded { scene, prepared })
+}
+
+/// The adapter that is measured with: the one with `wanted` in its name, or any.
+/// There must be one if it is named, or nothing else is measured.
+pub fn measured_adapter(
+    measured: Measured,
+    wanted: Option<&str>,
+) -> Result<Option<Adapter>, Error> {
+    if measured == Measured::Cpu {
+        return Ok(None);
+    }
+    match choose(wanted) {
+        Ok(found) => Ok(Some(found)),
+        Err(error) if measured == Measured::Gpu || wanted.is_some() => Err(error.into()),
+        Err(_) => Ok(None),
+    }
 }
 
 /// Says how the objects with a budget are drawn; what is not promised, as a

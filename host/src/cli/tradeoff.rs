@@ -1,11 +1,11 @@
 //! `relievo tradeoff`.
 
 use super::progress::Bar;
+use super::session::measured_adapter;
 use super::{Measured, TradeoffArguments, say};
 use anyhow::Context;
 use relievo::Error;
 use relievo::file::write_bytes;
-use relievo::render::gpu::choose;
 use relievo::scene::Scene;
 use relievo::tradeoff::{
     Asked, Devices, FORMAT, Grid, Header, Machine, Report, Shard, Store, Subject, png, sweep,
@@ -42,13 +42,7 @@ pub fn run(arguments: &TradeoffArguments) -> anyhow::Result<()> {
 
 /// Measures what is missing of `shard`.
 fn measure(subject: &Subject, shard: Shard, arguments: &TradeoffArguments) -> anyhow::Result<()> {
-    let wanted = arguments.adapter.as_deref();
-    let adapter = match arguments.backend {
-        Measured::Cpu => None,
-        Measured::Gpu => Some(choose(wanted).map_err(Error::from)?),
-        Measured::Both if wanted.is_some() => Some(choose(wanted).map_err(Error::from)?),
-        Measured::Both => choose(None).ok(),
-    };
+    let adapter = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
     let devices = Devices {
         adapter: adapter.as_ref(),
     };

@@ -194,6 +194,14 @@ pub struct MapOptions {
     pub reduction: u32,
 }
 
+impl MapOptions {
+    /// Without steps or bounds, as many texels as the pattern has pixels.
+    pub const FINEST: MapOptions = MapOptions {
+        storage: Storage::R32F,
+        reduction: 1,
+    };
+}
+
 impl Default for MapOptions {
     /// 16 bits a texel, as many texels as the pattern has pixels.
     fn default() -> MapOptions {

@@ -86,10 +86,7 @@ pub fn finest(subject: &Subject) -> Settings {
         model: accurate(1e-4),
         steps: steps(4096, 60),
         slack: 0.0,
-        map: (!subject.is_all_baked()).then_some(MapOptions {
-            storage: Storage::R32F,
-            reduction: 1,
-        }),
+        map: (!subject.is_all_baked()).then_some(MapOptions::FINEST),
         supersampling: 2,
         self_shadow: subject.self_shadow(),
     }
