@@ -2,9 +2,11 @@
 //! outputs. No arithmetic of their own.
 //!
 //! Bindings of group 0, all read-only storage buffers of plain scalars:
-//! 0 [`Frame`], 1 [`Object`], 2 the object's [`Triangle`]s, or its [`Shell`]s in
-//! the accurate tier, 3 the words of its shape map. Draws are not indexed: six vertices a triangle, an outline
-//! around its pixels; the fragment decides by an exact test.
+//! 0 [`Frame`], 1 [`Object`], 2 the object's [`Triangle`]s, or its
+//! [`PlanarTriangle`]s for entry points of the planar tier alone, or its
+//! [`Shell`]s in the accurate tier, 3 the words of its shape map. Draws are not
+//! indexed: six vertices a triangle, an outline around its pixels; the fragment
+//! decides by an exact test.
 #![cfg_attr(target_arch = "spirv", no_std)]
 // A binding is an argument.
 #![allow(clippy::too_many_arguments)]
@@ -12,7 +14,7 @@
 use relievo_shared::facts::{CODES, CURVED, PLANAR, UPRIGHT, known};
 use relievo_shared::fragment::{Entry, Hit};
 use relievo_shared::layout::{
-    Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell, Triangle,
+    Frame, Object, PlanarTriangle, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell, Triangle,
 };
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::shape_map::Texels;
@@ -48,23 +50,51 @@ impl Shells for Prisms<'_> {
     }
 }
 
-/// Places the corners of the outline around a triangle's pixels.
-#[spirv(vertex)]
-pub fn vertex(
-    #[spirv(vertex_index)] vertex_index: u32,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
-    #[spirv(position)] position: &mut Vec4,
-    #[spirv(flat)] triangle_index: &mut u32,
-) {
-    let index = vertex_index / 6;
-    // SAFETY: the host draws six vertices for each triangle of the buffer.
-    let triangle = unsafe { triangles.index_unchecked(index as usize) };
-    let outline = outline::outline(frame, triangle);
-    let corner = outline::outline_vertex(&outline, vertex_index - 6 * index);
-    *position = vec4(corner.x, corner.y, 0.5, 1.0);
-    *triangle_index = index;
+/// Triangles in a storage buffer.
+trait Triangles {
+    /// Triangle `index`.
+    fn triangle(&self, index: u32) -> Triangle;
 }
+
+impl Triangles for [Triangle] {
+    #[inline]
+    fn triangle(&self, index: u32) -> Triangle {
+        // SAFETY: the host draws six vertices for each triangle of the buffer.
+        unsafe { *self.index_unchecked(index as usize) }
+    }
+}
+
+impl Triangles for [PlanarTriangle] {
+    #[inline]
+    fn triangle(&self, index: u32) -> Triangle {
+        // SAFETY: as above.
+        Triangle::from(unsafe { self.index_unchecked(index as usize) })
+    }
+}
+
+/// A vertex shader that places the corners of the outline around a triangle's pixels.
+macro_rules! vertex_entry_point {
+    ($name:ident, $triangle:ident) => {
+        #[doc = "Places the corners of the outline around a triangle's pixels."]
+        #[spirv(vertex)]
+        pub fn $name(
+            #[spirv(vertex_index)] vertex_index: u32,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[$triangle],
+            #[spirv(position)] position: &mut Vec4,
+            #[spirv(flat)] triangle_index: &mut u32,
+        ) {
+            let index = vertex_index / 6;
+            let outline = outline::outline(frame, &triangles.triangle(index));
+            let corner = outline::outline_vertex(&outline, vertex_index - 6 * index);
+            *position = vec4(corner.x, corner.y, 0.5, 1.0);
+            *triangle_index = index;
+        }
+    };
+}
+
+vertex_entry_point!(vertex, Triangle);
+vertex_entry_point!(vertex_planar, PlanarTriangle);
 
 /// Places the corners of the outline around a prism's pixels.
 #[spirv(vertex)]
@@ -89,13 +119,10 @@ fn find<const SEARCH: u32>(
     coordinate: Vec4,
     frame: &Frame,
     object: &Object,
-    triangles: &[Triangle],
+    triangle: &Triangle,
     texels: &Buffer,
-    triangle_index: u32,
 ) -> (Vec3, Entry, Hit) {
     let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
-    // SAFETY: the index comes from the vertex shader.
-    let triangle = unsafe { triangles.index_unchecked(triangle_index as usize) };
     let facet = fragment::meet(frame, triangle, direction);
     if !facet.hit {
         kill();
@@ -163,14 +190,14 @@ fn geometry_words(hit: &Hit, normal: Vec3) -> (UVec4, UVec4) {
 /// An entry point that writes linear RGB as the bits of three f32, and the
 /// class in the fourth word.
 macro_rules! color_entry_point {
-    ($name:ident, $search:expr, $shadow:expr $(, $facts:expr)?) => {
+    ($name:ident, $triangle:ident, $search:expr, $shadow:expr $(, $facts:expr)?) => {
         #[doc = "Writes linear RGB as the bits of three f32, and the class."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
             #[spirv(frag_coord)] coordinate: Vec4,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[$triangle],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
             #[spirv(flat)] index: u32,
             #[spirv(frag_depth)] depth: &mut f32,
@@ -178,8 +205,9 @@ macro_rules! color_entry_point {
         ) {
             let texels = Buffer(words);
             $(let object = &known::<{ $facts }>(object);)?
+            let triangle = triangles.triangle(index);
             let (direction, entry, hit) =
-                find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
+                find::<{ $search }>(coordinate, frame, object, &triangle, &texels);
             let rgb =
                 fragment::color::<{ $shadow }, _>(frame, object, &texels, direction, &entry, &hit);
             *color = color_words(rgb, &hit);
@@ -191,14 +219,14 @@ macro_rules! color_entry_point {
 /// An entry point that writes what the hit is: (t, u, v, δ) and (class and
 /// steps, N), as bits.
 macro_rules! geometry_entry_point {
-    ($name:ident, $search:expr $(, $facts:expr)?) => {
+    ($name:ident, $triangle:ident, $search:expr $(, $facts:expr)?) => {
         #[doc = "Writes (t, u, v, δ) and (class and steps, N), as bits."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
             #[spirv(frag_coord)] coordinate: Vec4,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[Triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[$triangle],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
             #[spirv(flat)] index: u32,
             #[spirv(frag_depth)] depth: &mut f32,
@@ -207,8 +235,9 @@ macro_rules! geometry_entry_point {
         ) {
             let texels = Buffer(words);
             $(let object = &known::<{ $facts }>(object);)?
+            let triangle = triangles.triangle(index);
             let (direction, entry, hit) =
-                find::<{ $search }>(coordinate, frame, object, triangles, &texels, index);
+                find::<{ $search }>(coordinate, frame, object, &triangle, &texels);
             let normal = fragment::normals(object, &texels, direction, &entry, &hit).carved;
             (*place, *surface) = geometry_words(&hit, normal);
             *depth = hit.depth;
@@ -265,24 +294,25 @@ pub fn geometry_prisms(
 /// The entry points of a search for objects of which these facts are true, if
 /// any are wanted: an object that is known is held whole, in registers.
 macro_rules! entry_points {
-    ($color:ident $shadow:ident $geometry:ident, $search:expr $(, $facts:expr)?) => {
-        color_entry_point!($color, $search, false $(, $facts)?);
-        color_entry_point!($shadow, $search, true $(, $facts)?);
-        geometry_entry_point!($geometry, $search $(, $facts)?);
+    ($color:ident $shadow:ident $geometry:ident, $triangle:ident, $search:expr $(, $facts:expr)?) => {
+        color_entry_point!($color, $triangle, $search, false $(, $facts)?);
+        color_entry_point!($shadow, $triangle, $search, true $(, $facts)?);
+        geometry_entry_point!($geometry, $triangle, $search $(, $facts)?);
     };
 }
 
 // The host knows the facts of each by its name.
-entry_points!(color_extrusion color_extrusion_shadow geometry_extrusion, SEARCH_EXTRUSION);
+entry_points!(color_extrusion color_extrusion_shadow geometry_extrusion,
+    Triangle, SEARCH_EXTRUSION);
 entry_points!(color_planar color_planar_shadow geometry_planar,
-    SEARCH_EXTRUSION, PLANAR | UPRIGHT | CODES);
+    PlanarTriangle, SEARCH_EXTRUSION, PLANAR | UPRIGHT | CODES);
 entry_points!(color_planar_growing color_planar_growing_shadow geometry_planar_growing,
-    SEARCH_EXTRUSION, PLANAR | CODES);
+    PlanarTriangle, SEARCH_EXTRUSION, PLANAR | CODES);
 entry_points!(color_curved color_curved_shadow geometry_curved,
-    SEARCH_EXTRUSION, CURVED | UPRIGHT | CODES);
+    Triangle, SEARCH_EXTRUSION, CURVED | UPRIGHT | CODES);
 entry_points!(color_curved_growing color_curved_growing_shadow geometry_curved_growing,
-    SEARCH_EXTRUSION, CURVED | CODES);
-entry_points!(color_relief color_relief_shadow geometry_relief, SEARCH_RELIEF);
-entry_points!(color_paper color_paper_shadow geometry_paper, SEARCH_PAPER);
+    Triangle, SEARCH_EXTRUSION, CURVED | CODES);
+entry_points!(color_relief color_relief_shadow geometry_relief, Triangle, SEARCH_RELIEF);
+entry_points!(color_paper color_paper_shadow geometry_paper, Triangle, SEARCH_PAPER);
 color_prisms_entry_point!(color_prisms, false);
 color_prisms_entry_point!(color_prisms_shadow, true);

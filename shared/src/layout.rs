@@ -36,6 +36,71 @@ pub struct Triangle {
     pub handedness: Real,
 }
 
+/// One corner of a [`PlanarTriangle`]: what the fields of [`Corner`] say.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct PlanarCorner {
+    /// Position, object units, relative to the scene's origin.
+    pub position: [Real; 3],
+    /// Unit normal of the smooth surface, pointing out.
+    pub normal: [Real; 3],
+    /// Texture coordinates in repeats, less a whole number per triangle.
+    pub uv: [Real; 2],
+    /// ∇u, orthogonal to the normal, repeats per object unit.
+    pub gradient_u: [Real; 3],
+    /// ∇v, orthogonal to the normal, repeats per object unit.
+    pub gradient_v: [Real; 3],
+}
+
+/// What the planar tier reads of a [`Triangle`]: no quadrics, and no frames in
+/// which they would be read.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct PlanarTriangle {
+    /// The corners, counter-clockwise when seen from outside.
+    pub corners: [PlanarCorner; 3],
+}
+
+impl From<&Triangle> for PlanarTriangle {
+    #[inline]
+    fn from(triangle: &Triangle) -> PlanarTriangle {
+        let corner = |corner: &Corner| PlanarCorner {
+            position: corner.position,
+            normal: corner.normal,
+            uv: corner.uv,
+            gradient_u: corner.gradient_u,
+            gradient_v: corner.gradient_v,
+        };
+        let [a, b, c] = &triangle.corners;
+        PlanarTriangle {
+            corners: [corner(a), corner(b), corner(c)],
+        }
+    }
+}
+
+impl From<&PlanarTriangle> for Triangle {
+    /// What is left out is 0.
+    #[inline]
+    fn from(triangle: &PlanarTriangle) -> Triangle {
+        let corner = |corner: &PlanarCorner| Corner {
+            position: corner.position,
+            normal: corner.normal,
+            tangent: [0.0; 3],
+            uv: corner.uv,
+            quadric: [0.0; 3],
+            gradient_u: corner.gradient_u,
+            gradient_v: corner.gradient_v,
+        };
+        let [a, b, c] = &triangle.corners;
+        Triangle {
+            corners: [corner(a), corner(b), corner(c)],
+            handedness: 0.0,
+        }
+    }
+}
+
 /// A pair of parallel planes.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
@@ -218,6 +283,8 @@ const _: () = {
     assert!(offset_of!(Corner, uv) == 36 && offset_of!(Corner, quadric) == 44);
     assert!(size_of::<Triangle>() == 244 && align_of::<Triangle>() == 4);
     assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 240);
+    assert!(size_of::<PlanarCorner>() == 56 && size_of::<PlanarTriangle>() == 168);
+    assert!(offset_of!(PlanarCorner, uv) == 24 && align_of::<PlanarTriangle>() == 4);
     assert!(size_of::<Slab>() == 20 && size_of::<Shell>() == 336 && align_of::<Shell>() == 4);
     assert!(offset_of!(Shell, facet) == 204 && offset_of!(Shell, neighbours) == 324);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);

@@ -141,9 +141,22 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
     } else {
         sqrt(last.dot(last))
     };
-    let speed = max(first, last);
-    let growth = profile.bevel * path.depth_rate();
+    let speed = if path.is_even() {
+        first
+    } else {
+        max(first, last)
+    };
+    let growth = if profile.grows {
+        profile.bevel * path.depth_rate()
+    } else {
+        0.0
+    };
     let safe = SafeStep::new(map.quantum);
+    let fastest = if profile.grows {
+        speed + safe.lipschitz * growth
+    } else {
+        speed
+    };
     // From s on, ℓ is at most the mean of what it is on the line there and at
     // the end where it grows, and what it is there where it falls.
     let slack = if path.is_even() {
@@ -160,7 +173,7 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
             1.0
         },
         gain: if slack > 0.0 { -0.5 * slack } else { -slack },
-        near: div(safe.lipschitz, max(speed + safe.lipschitz * growth, 1e-18)),
+        near: div(safe.lipschitz, max(fastest, 1e-18)),
         far: if profile.grows {
             div(1.0, max(speed + growth, 1e-18))
         } else {

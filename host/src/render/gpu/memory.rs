@@ -1,8 +1,8 @@
 //! What a scene takes of a device's memory, before there is a device.
 
-use super::Extent;
+use super::{EntryPoints, Extent, Facets};
 use crate::prepare::PreparedScene;
-use relievo_shared::layout::{Frame, Object, Shell};
+use relievo_shared::layout::{Frame, Object};
 use std::collections::BTreeSet;
 use std::mem::{size_of, size_of_val};
 
@@ -47,11 +47,15 @@ impl Memory {
         let mut maps = BTreeSet::new();
         for object in &scene.objects {
             let has_everything = extent == Extent::Everything;
-            if has_everything || !object.has_prisms() {
-                memory.triangles += size_of_val(object.triangles.as_slice()) as u64;
-            }
-            if has_everything || object.has_prisms() {
-                memory.prisms += (object.triangles.len() * size_of::<Shell>()) as u64;
+            let facets = EntryPoints::of(&object.parameters, extent).facets;
+            let bytes = |facets: Facets| (object.triangles.len() * facets.bytes()) as u64;
+            match facets {
+                _ if has_everything => {
+                    memory.triangles += bytes(Facets::Triangles);
+                    memory.prisms += bytes(Facets::Prisms);
+                }
+                Facets::Prisms => memory.prisms += bytes(facets),
+                _ => memory.triangles += bytes(facets),
             }
             let words = object.map.words();
             if maps.insert(words.as_ptr()) {

@@ -6,12 +6,13 @@ mod timestamps;
 
 pub use memory::{Memory, Pictures};
 pub use relievo_bitwise::{Adapter, Module, Signature, adapters, choose};
-pub use shaders::{Choice, EntryPoints, Extent, Shaders, canaries, signature};
+pub use shaders::{Choice, EntryPoints, Extent, Facets, Shaders, canaries, signature};
 
 use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
 use crate::prepare::{PreparedObject, PreparedScene};
 use relievo_bitwise::Device;
-use relievo_shared::layout::Frame;
+use relievo_shared::layout::{Frame, PlanarTriangle};
+use std::borrow::Cow;
 use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
@@ -164,8 +165,9 @@ impl GpuRenderer {
         let (device, queue) = (opened.wgpu(), opened.queue());
         let largest = opened.largest_storage();
         for object in &scene.objects {
+            let facets = EntryPoints::of(&object.parameters, extent).facets;
             let sizes = [
-                ("triangles", surface_bytes(object).len()),
+                ("triangles", object.triangles.len() * facets.bytes()),
                 ("the shape map", std::mem::size_of_val(object.map.words())),
             ];
             for (what, bytes) in sizes {
@@ -222,8 +224,9 @@ impl GpuRenderer {
                 }
             };
             let parameters = storage("object", bytemuck::bytes_of(&object.parameters));
-            let triangles = storage("triangles", surface_bytes(object));
-            let buffers = [&frame_buffer, &parameters, &triangles, &map];
+            let entry_points = EntryPoints::of(&object.parameters, extent);
+            let facets = storage("facets", &facet_bytes(object, entry_points.facets));
+            let buffers = [&frame_buffer, &parameters, &facets, &map];
             let entries: Vec<_> = (0..)
                 .zip(buffers)
                 .map(|(binding, buffer)| wgpu::BindGroupEntry {
@@ -236,7 +239,6 @@ impl GpuRenderer {
                 layout: &layout,
                 entries: &entries,
             });
-            let entry_points = EntryPoints::of(&object.parameters, extent);
             pipelines.make(&opened, entry_points.vertex, entry_points.color, 1)?;
             objects.push(GpuObject {
                 bindings,
@@ -545,16 +547,20 @@ fn texture(
     })
 }
 
-/// What the shaders of `object` read of its surface: triangles, or prisms.
-fn surface_bytes(object: &PreparedObject) -> &[u8] {
-    if object.has_prisms() {
-        bytemuck::cast_slice(&object.shells)
-    } else {
-        bytemuck::cast_slice(&object.triangles)
+/// The surface of `object` as shaders read it.
+fn facet_bytes(object: &PreparedObject, facets: Facets) -> Cow<'_, [u8]> {
+    match facets {
+        Facets::Triangles => bytemuck::cast_slice(&object.triangles).into(),
+        Facets::PlanarTriangles => {
+            let planar: Vec<PlanarTriangle> =
+                object.triangles.iter().map(PlanarTriangle::from).collect();
+            bytemuck::cast_slice::<_, u8>(&planar).to_vec().into()
+        }
+        Facets::Prisms => bytemuck::cast_slice(&object.shells).into(),
     }
 }
 
-/// Four read-only storage buffers: frame, object, triangles or prisms, texels.
+/// Four read-only storage buffers: frame, object, facets, texels.
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let entries: Vec<_> = (0..4)
         .map(|binding| wgpu::BindGroupLayoutEntry {

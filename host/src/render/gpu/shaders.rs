@@ -9,7 +9,8 @@ use relievo_shared::Vec3;
 use relievo_shared::facts::{CODES, CURVED, PLANAR, UPRIGHT, facts};
 use relievo_shared::for_each_kernel;
 use relievo_shared::layout::{
-    Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF,
+    Object, PlanarTriangle, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Shell,
+    Triangle,
 };
 use std::sync::LazyLock;
 
@@ -54,7 +55,7 @@ macro_rules! for_each_special {
 macro_rules! renderer {
     ($folder:literal:
         $($search:ident, $facts:expr => $color:ident $shadow:ident $geometry:ident;)*) => {
-        files!($folder: vertex vertex_prisms $($color $shadow $geometry)*)
+        files!($folder: vertex vertex_planar vertex_prisms $($color $shadow $geometry)*)
     };
 }
 
@@ -208,10 +209,43 @@ pub enum Extent {
     Everything,
 }
 
+/// What shaders read of an object's surface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Facets {
+    /// [`Triangle`]s.
+    Triangles,
+    /// [`PlanarTriangle`]s.
+    PlanarTriangles,
+    /// [`Shell`]s.
+    Prisms,
+}
+
+impl Facets {
+    /// Bytes of one.
+    pub fn bytes(self) -> usize {
+        match self {
+            Facets::Triangles => size_of::<Triangle>(),
+            Facets::PlanarTriangles => size_of::<PlanarTriangle>(),
+            Facets::Prisms => size_of::<Shell>(),
+        }
+    }
+
+    /// The vertex shader that places them.
+    fn vertex(self) -> &'static str {
+        match self {
+            Facets::Triangles => "vertex",
+            Facets::PlanarTriangles => "vertex_planar",
+            Facets::Prisms => "vertex_prisms",
+        }
+    }
+}
+
 /// The shaders that draw an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EntryPoints {
-    /// Places its triangles, or its prisms.
+    /// What they read of its surface.
+    pub facets: Facets,
+    /// Places that.
     pub vertex: &'static str,
     /// Draws its colours.
     pub color: &'static str,
@@ -255,12 +289,16 @@ impl EntryPoints {
             .iter()
             .find(|special| special.search == object.search && special.facts & !facts == 0)
             .expect("each search has shaders that need to know nothing");
+        let facets = if object.search == SEARCH_PRISMS {
+            Facets::Prisms
+        } else if special.facts & PLANAR != 0 {
+            Facets::PlanarTriangles
+        } else {
+            Facets::Triangles
+        };
         EntryPoints {
-            vertex: if object.search == SEARCH_PRISMS {
-                "vertex_prisms"
-            } else {
-                "vertex"
-            },
+            facets,
+            vertex: facets.vertex(),
             color: if object.self_shadow == 0 {
                 special.color
             } else {
