@@ -250,8 +250,9 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
         }
 
         // Each function on its own: f64 starts from what f32 starts from.
-        let facet = single::fragment::meet(frame, triangle, case.direction);
-        let wide_facet = double::fragment::meet(&wide_frame, &wide_triangle, wide_direction);
+        let facet = single::fragment::meet(frame, object, triangle, case.direction);
+        let wide_facet =
+            double::fragment::meet(&wide_frame, &wide_object, &wide_triangle, wide_direction);
         assert!(facet.hit && wide_facet.hit);
         worst.note("facet: distance", facet.t, wide_facet.t, wide_facet.t);
         worst.note_all(

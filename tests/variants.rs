@@ -192,7 +192,7 @@ macro_rules! renderer {
                     )));
                 }
                 let triangle: Triangle = bytemuck::cast(object.triangles[index]);
-                let facet = fragment::meet(frame, &triangle, direction);
+                let facet = fragment::meet(frame, &parameters, &triangle, direction);
                 if !facet.hit {
                     return None;
                 }

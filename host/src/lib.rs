@@ -16,6 +16,7 @@
 //! overlay    the polygon mesh over a picture
 //! oracle     words against what closed forms say
 //! gallery    the paper's figures as one page
+//! bounds     the f32 mathematics against its f64 twin, function by function
 //! verify     GPU words against CPU words
 //! bench      how long frames take, beside the paper's table
 //! tradeoff   what every choice costs and what it buys, as one chart and page
@@ -25,6 +26,7 @@
 
 pub mod aov;
 pub mod bench;
+pub mod bounds;
 pub mod budget;
 pub mod error;
 pub mod explain;

@@ -80,12 +80,13 @@ macro_rules! vertex_entry_point {
         pub fn $name(
             #[spirv(vertex_index)] vertex_index: u32,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[$triangle],
             #[spirv(position)] position: &mut Vec4,
             #[spirv(flat)] triangle_index: &mut u32,
         ) {
             let index = vertex_index / 6;
-            let outline = outline::outline(frame, &triangles.triangle(index));
+            let outline = outline::outline(frame, object, &triangles.triangle(index));
             let corner = outline::outline_vertex(&outline, vertex_index - 6 * index);
             *position = vec4(corner.x, corner.y, 0.5, 1.0);
             *triangle_index = index;
@@ -123,7 +124,7 @@ fn find<const SEARCH: u32>(
     texels: &Buffer,
 ) -> (Vec3, Entry, Hit) {
     let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
-    let facet = fragment::meet(frame, triangle, direction);
+    let facet = fragment::meet(frame, object, triangle, direction);
     if !facet.hit {
         kill();
     }

@@ -1,7 +1,7 @@
 //! The eye's ray against a flat triangle.
 
-use crate::arithmetic::div;
-use crate::layout::{Triangle, vec3};
+use crate::arithmetic::{div, max};
+use crate::layout::{Frame, Object, Triangle, vec3};
 use crate::{Real, Vec3};
 
 /// Where a ray meets a triangle.
@@ -60,6 +60,25 @@ pub fn intersect(eye: Vec3, direction: Vec3, triangle: &Triangle) -> FacetHit {
     } else {
         miss
     }
+}
+
+/// Whether the eye of `frame` may lie in the shell over `triangle`, or so near
+/// to it that the near plane does: a ball around both holds the eye. Then rays
+/// also count that meet the facet before the near plane, or behind the eye.
+#[inline]
+pub fn may_surround_eye(frame: &Frame, object: &Object, triangle: &Triangle) -> bool {
+    let a = vec3(triangle.corners[0].position);
+    let b = vec3(triangle.corners[1].position);
+    let c = vec3(triangle.corners[2].position);
+    // Relative to a corner, since a mean of far corners loses digits.
+    let third: Real = 1.0 / 3.0;
+    let centre = ((b - a) + (c - a)) * third;
+    let (to_a, to_b, to_c) = (centre, (b - a) - centre, (c - a) - centre);
+    let radius = max(to_a.dot(to_a), max(to_b.dot(to_b), to_c.dot(to_c)));
+    let to_eye = (vec3(frame.eye) - a) - centre;
+    let depth = 2.0 * object.depth;
+    // (x + y + z)² ≤ 3 (x² + y² + z²)
+    to_eye.dot(to_eye) <= 3.0 * (radius + depth * depth + frame.near * frame.near)
 }
 
 #[cfg(test)]

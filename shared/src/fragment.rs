@@ -3,7 +3,7 @@
 use crate::arithmetic::floor;
 use crate::camera::reversed_depth;
 use crate::contract::{check, check2, check3};
-use crate::facet::{self, FacetHit};
+use crate::facet::{self, FacetHit, may_surround_eye};
 use crate::layout::{Frame, Object, SEARCH_PAPER, SEARCH_RELIEF, TIER_FAST, Triangle, vec3};
 use crate::light;
 use crate::march::{Effort, march};
@@ -45,10 +45,16 @@ pub struct Hit {
     pub steps: u32,
 }
 
-/// Meets the flat `triangle` with the ray along the unit vector `direction`.
+/// Meets the flat `triangle` of `object` with the ray along the unit vector
+/// `direction`: behind the near plane, or anywhere if the eye may lie in the
+/// triangle's shell.
 #[inline]
-pub fn meet(frame: &Frame, triangle: &Triangle, direction: Vec3) -> FacetHit {
-    facet::intersect(vec3(frame.eye), direction, triangle)
+pub fn meet(frame: &Frame, object: &Object, triangle: &Triangle, direction: Vec3) -> FacetHit {
+    let mut found = facet::intersect(vec3(frame.eye), direction, triangle);
+    if found.hit && found.t * direction.dot(vec3(frame.forward)) < frame.near {
+        found.hit = may_surround_eye(frame, object, triangle);
+    }
+    found
 }
 
 /// Enters the shell over `triangle` where the ray has met it.

@@ -429,7 +429,7 @@ pub fn search_paper(
 /// A prism over the triangle (0, 0, 0), (1, 0, 0), (0, 1, 0): `bend` bends it,
 /// and its normals fan out by `fan`.
 #[inline]
-fn shell(bend: Vec3, fan: Vec3) -> Shell {
+pub fn shell(bend: Vec3, fan: Vec3) -> Shell {
     let (bend, fan) = (bend * 0.0625, fan * 0.0625);
     let slab = |axis: Vec3, low: f32, high: f32| Slab {
         axis: array(axis),

@@ -1,6 +1,7 @@
 //! From triangles and prisms to the pixels that may see them.
 
 use crate::arithmetic::{abs, div, max, min, sqrt};
+use crate::facet::may_surround_eye;
 use crate::layout::{Frame, Object, Shell, Triangle, vec3};
 use crate::prism::{cap_hull, is_near, is_open, normal_hull};
 use crate::{Real, Vec2, Vec3};
@@ -127,10 +128,15 @@ const SHARPEST: Real = 0.15;
 /// Beyond this, pixels, rounding errors come near the margin of a pixel.
 const FURTHEST: Real = 16_384.0;
 
-/// The outline of `triangle` in `frame`.
+/// The outline of `triangle` of `object` in `frame`: the whole picture where the
+/// eye may lie in its shell.
 #[inline]
-pub fn outline(frame: &Frame, triangle: &Triangle) -> Outline {
-    let projection = project(frame, triangle);
+pub fn outline(frame: &Frame, object: &Object, triangle: &Triangle) -> Outline {
+    let mut projection = project(frame, triangle);
+    if may_surround_eye(frame, object, triangle) {
+        projection.visible = true;
+        projection.bounded = false;
+    }
     let rectangle = rectangle_of(frame, &projection);
     grown_triangle(
         frame,
@@ -493,7 +499,8 @@ mod tests {
         let mut frame = looking_down_z();
         frame.size = [200.0, 100.0];
         let front = [(-0.4, -0.1), (0.2, -0.1), (-0.4, 0.3)].map(|(x, y)| Vec3::new(x, y, -1.0));
-        let found = outline(&frame, &triangle(front));
+        let object = Object::default();
+        let found = outline(&frame, &object, &triangle(front));
         assert!(found.grown);
         // A pixel is 0.01 and 0.02: the right angle moves by one of each.
         let corner = Vec2::new(-0.41, -0.22);
@@ -504,7 +511,7 @@ mod tests {
         assert!((0.24..0.3).contains(&area), "{area}");
         // A sliver has its rectangle drawn.
         let sliver = [front[0], front[1], Vec3::new(-0.4, -0.095, -1.0)];
-        assert!(!outline(&frame, &triangle(sliver)).grown);
+        assert!(!outline(&frame, &object, &triangle(sliver)).grown);
     }
 
     fn point(random: &mut Random, size: f64) -> Vec3 {
@@ -512,9 +519,8 @@ mod tests {
         Vec3::new(number(), number(), number())
     }
 
-    /// Triangles of all sizes around the eye, many with corners behind it. A
-    /// facet in front of the near plane is not drawn, so only meetings behind
-    /// the near plane count.
+    /// Triangles of all sizes around the eye, many with corners behind it, some
+    /// with the eye in their shells.
     #[test]
     fn every_pixel_that_meets_a_triangle_lies_in_its_outline() {
         let mut random = Random(1);
@@ -539,7 +545,11 @@ mod tests {
             );
             let triangle = triangle(corners);
             let rectangle = bounding_rectangle(&frame, &triangle);
-            let outline = outline(&frame, &triangle);
+            let object = Object {
+                depth: random.choose(&[0.0, 0.1, 1.0]) as f32,
+                ..Object::default()
+            };
+            let outline = outline(&frame, &object, &triangle);
             grown += u32::from(outline.grown);
             let whole = rectangle.low == -Vec2::ONE && rectangle.high == Vec2::ONE;
             for y in 0..frame.size[1] as u32 {

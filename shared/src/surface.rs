@@ -1,6 +1,7 @@
 //! The smooth surface at a point of a facet: what the corners say, interpolated.
 
 use crate::arithmetic::{div, normalize_or};
+use crate::contract::SMALLEST_PRODUCT;
 use crate::facet::FacetHit;
 use crate::layout::{Triangle, vec2, vec3};
 use crate::{Real, Vec2, Vec3};
@@ -78,8 +79,9 @@ pub fn uv_bend(triangle: &Triangle, normal: Vec3, direction: Vec3) -> Vec2 {
     let along = direction - normal * normal.dot(direction);
     let facet_normal = second.cross(third);
     let squared = facet_normal.dot(facet_normal);
-    // Too small a triangle is one of constant gradients.
-    let scale = if squared > 1e-30 {
+    // Too small a triangle is one of constant gradients: its square would not be
+    // a normal number.
+    let scale = if squared > SMALLEST_PRODUCT {
         div(0.5, squared)
     } else {
         0.0

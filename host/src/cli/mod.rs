@@ -3,6 +3,7 @@
 mod accuracy;
 mod bake;
 mod bench;
+mod bounds;
 mod budget;
 mod explain;
 mod gallery;
@@ -52,6 +53,8 @@ enum Command {
     Verify(VerifyArguments),
     /// Say how far the pictures of scenes are from the truth: holes, extra pixels, distances
     Accuracy(AccuracyArguments),
+    /// Measure by how much each function of the mathematics, in f32, is wrong, as tables
+    Bounds(BoundsArguments),
     /// Measure how long frames take
     #[command(subcommand)]
     Bench(BenchCommand),
@@ -318,6 +321,16 @@ struct BenchTable1Arguments {
 }
 
 #[derive(Args)]
+struct BoundsArguments {
+    /// Write the tables to this file, as Markdown [default: to standard output]
+    #[arg(short, long, value_name = "OUT.md")]
+    output: Option<PathBuf>,
+    /// Inputs for each row of a table
+    #[arg(long, value_name = "N", default_value_t = 20_000, value_parser = clap::value_parser!(u32).range(1..=100_000_000))]
+    inputs: u32,
+}
+
+#[derive(Args)]
 #[command(
     after_help = "Each variant is on the disk as soon as it is measured: the same command goes on after an interruption.\nOn several machines: --shard 1/8 … --shard 8/8 with one folder, then --merge."
 )]
@@ -397,6 +410,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Verify(arguments) => verify::run(&arguments),
         Command::Accuracy(arguments) => accuracy::run(&arguments),
+        Command::Bounds(arguments) => bounds::run(&arguments),
         Command::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
         Command::Bench(BenchCommand::Exactness(arguments)) => bench::exactness(&arguments),
         Command::Bench(BenchCommand::Specialization(arguments)) => {

@@ -228,8 +228,13 @@ const NAMED: usize = 3;
 /// A depth is clamped to this share of the largest that works.
 const CLAMPED: f64 = 0.95;
 
+/// A shell has at least this share of its mesh's diagonal as depth: in less, δ is
+/// rounded to steps that show, and rays get lost.
+const SHALLOWEST: f64 = 3e-5;
+
 /// Makes the prisms of `prepared`, which needs them; an error where the surface
-/// bends too much for the depth, unless that may be clamped.
+/// bends too much for the depth, unless that may be clamped, and where there is
+/// hardly any depth.
 fn make_shells(
     scene: &Scene,
     object: &SceneObject,
@@ -279,6 +284,19 @@ fn make_shells(
             shells.len(),
         );
         prepared.parameters.depth = clamped as f32;
+    }
+    let (depth, least) = (
+        f64::from(prepared.parameters.depth),
+        SHALLOWEST * prepared.mesh.bounds.diagonal(),
+    );
+    if depth < least {
+        return Err(Error::Object {
+            scene: scene.path.clone(),
+            name: object.name.clone(),
+            problem: format!(
+                "the depth {depth:e} is too little for the accurate tier, which follows rays through depths from {least:.2e} on in a mesh of this size: write tier = \"fast\", which is as good there, or more depth"
+            ),
+        });
     }
     prepared.shells = prepared.narrow_shells(&shells, origin);
     Ok(())

@@ -11,7 +11,7 @@ use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
 use rayon::prelude::*;
 use relievo_shared::camera::{pixel_ray, reversed_depth};
-use relievo_shared::facet::FacetHit;
+use relievo_shared::facet::{FacetHit, may_surround_eye};
 use relievo_shared::fragment::{self, Entry, Hit};
 use relievo_shared::layout::{Frame, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell};
 use relievo_shared::normals::CLASS_MISS;
@@ -28,7 +28,8 @@ pub struct CpuRenderer<'a> {
     leaves: Vec<[u32; 2]>,
     /// The largest distance of an eye from the origin for which the boxes are wide enough.
     reach: f32,
-    /// Object and prism of each prism in which the eye may lie.
+    /// Object and number of each prism, or triangle with its shell, in which the
+    /// eye may lie.
     around_eye: Vec<[u32; 2]>,
 }
 
@@ -93,20 +94,22 @@ impl<'a> CpuRenderer<'a> {
     }
 
     /// Makes the boxes wide enough for the eye of `frame`, and finds the prisms
-    /// around it.
+    /// and triangles around it.
     fn reach_for(&mut self, frame: &Frame) {
         let eye = Vec3::from(frame.eye);
         self.around_eye.clear();
         for (i, object) in self.scene.objects.iter().enumerate() {
+            let order = |(j, is_near): (usize, bool)| is_near.then_some([i as u32, j as u32]);
             if object.has_prisms() {
-                let near = object
-                    .shells
-                    .par_iter()
-                    .enumerate()
-                    .filter_map(|(j, shell)| {
-                        let is_near = is_near(shell, eye - Vec3::from(shell.anchor));
-                        is_near.then_some([i as u32, j as u32])
-                    });
+                let shells = object.shells.par_iter();
+                let near = shells.map(|shell| is_near(shell, eye - Vec3::from(shell.anchor)));
+                let near = near.enumerate().filter_map(order);
+                self.around_eye.par_extend(near);
+            } else {
+                let triangles = object.triangles.par_iter();
+                let near =
+                    triangles.map(|triangle| may_surround_eye(frame, &object.parameters, triangle));
+                let near = near.enumerate().filter_map(order);
                 self.around_eye.par_extend(near);
             }
         }
@@ -170,7 +173,12 @@ impl<'a> CpuRenderer<'a> {
         self.bvh.ray_traverse_anyhit(ray, |_, leaf| {
             let order = self.leaves[leaf];
             let object = &self.scene.objects[order[0] as usize];
-            let facet = fragment::meet(frame, &object.triangles[order[1] as usize], direction);
+            let facet = fragment::meet(
+                frame,
+                &object.parameters,
+                &object.triangles[order[1] as usize],
+                direction,
+            );
             let is_nearer = nearest.as_ref().is_none_or(|(_, found)| facet.t < found.t);
             if facet.hit && facet.t > 0.0 && is_nearer {
                 nearest = Some((order, facet));
@@ -241,7 +249,7 @@ fn find_behind_facet(
 ) -> Option<Found> {
     let parameters = &object.parameters;
     let triangle = &object.triangles[index as usize];
-    let facet = fragment::meet(frame, triangle, direction);
+    let facet = fragment::meet(frame, parameters, triangle, direction);
     if !facet.hit {
         return None;
     }

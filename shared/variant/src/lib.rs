@@ -10,8 +10,8 @@
 //! laid out as relievo-shared's: convert with `bytemuck::cast`.
 //!
 //! ```text
-//! with_mode(Mode::Fused, || native::fragment::meet(&frame, &triangle, direction))
-//! let (hit, findings) = audited(|| native::fragment::meet(&frame, &triangle, direction));
+//! with_mode(Mode::Fused, || native::fragment::meet(&frame, &object, &triangle, direction))
+//! let (hit, findings) = audited(|| native::fragment::meet(&frame, &object, &triangle, direction));
 //! ```
 #![forbid(unsafe_code)]
 // What the shared mathematics must not call is what is played with here.

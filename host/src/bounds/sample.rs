@@ -1,0 +1,111 @@
+//! Inputs, and what one of them tells.
+
+use fastrand::Rng;
+use glam::{DVec3, Vec3};
+use relievo_shared::layout::{FORMAT_CODES, Object, TIER_FAST};
+use relievo_shared::surface::Surface;
+use relievo_shared_f64 as double;
+
+/// What one input tells.
+pub(super) enum Sample {
+    /// By how much f32 is wrong.
+    Error(f64),
+    /// f32 gives another answer: another class, another column.
+    Other,
+    /// The input does not count: neither side has an answer.
+    Unfit,
+}
+
+/// |found − expected| / scale.
+pub(super) fn error(found: f32, expected: f64, scale: f64) -> f64 {
+    (f64::from(found) - expected).abs() / scale
+}
+
+/// The length of found − expected, relative to `scale`.
+pub(super) fn vector_error(found: Vec3, expected: DVec3, scale: f64) -> f64 {
+    (found.as_dvec3() - expected).length() / scale
+}
+
+/// A number in −1…1.
+pub(super) fn signed(rng: &mut Rng) -> f64 {
+    2.0 * rng.f64() - 1.0
+}
+
+/// `x` or −`x`.
+pub(super) fn either_sign(rng: &mut Rng, x: f64) -> f64 {
+    if rng.bool() { x } else { -x }
+}
+
+/// A number in `low`…`high`, evenly by its logarithm.
+pub(super) fn magnitude(rng: &mut Rng, low: f64, high: f64) -> f64 {
+    low * (high / low).powf(rng.f64())
+}
+
+/// A unit vector in any direction.
+pub(super) fn unit(rng: &mut Rng) -> DVec3 {
+    let z = signed(rng);
+    let (y, x) = (std::f64::consts::TAU * rng.f64()).sin_cos();
+    let around = (1.0 - z * z).sqrt();
+    DVec3::new(x * around, y * around, z)
+}
+
+/// A unit vector that goes down (−z) with the slope `v_z`.
+pub(super) fn descending(rng: &mut Rng, v_z: f64) -> Vec3 {
+    let (y, x) = (std::f64::consts::TAU * rng.f64()).sin_cos();
+    let around = (1.0 - v_z * v_z).max(0.0).sqrt();
+    DVec3::new(x * around, y * around, -v_z).as_vec3()
+}
+
+/// Texels along each side of [`disc`].
+pub(super) const SIDE: u32 = 32;
+/// Texels per step of its codes.
+const STEP: f32 = 1.0 / 256.0;
+/// Its code of distance 0.
+const BIAS: u32 = 1 << 15;
+
+/// A disc of 9.3 texels, by the closed form, in codes of 16 bits.
+pub(super) fn disc() -> Vec<u32> {
+    let middle = 0.5 * f64::from(SIDE) - 0.5;
+    let code = |i: u32| {
+        let (x, y) = (f64::from(i % SIDE) - middle, f64::from(i / SIDE) - middle);
+        let steps = ((x.hypot(y) - 9.3) / f64::from(STEP)).floor();
+        (steps + f64::from(BIAS)) as u32
+    };
+    (0..SIDE * SIDE / 2)
+        .map(|i| code(2 * i) | code(2 * i + 1) << 16)
+        .collect()
+}
+
+/// An object that is carved with [`disc`], `depth` deep.
+pub(super) fn disc_object(depth: f32) -> Object {
+    Object {
+        map_size: [SIDE as f32; 2],
+        map_step: STEP,
+        map_quantum: STEP,
+        map_reach: 2.0,
+        depth,
+        chamfer: 1.0,
+        tier: TIER_FAST,
+        linear_steps: 1000,
+        binary_steps: 20,
+        map_bias: BIAS,
+        map_packing: 1,
+        map_format: FORMAT_CODES,
+        ..Object::default()
+    }
+}
+
+/// A surface for the f64 side.
+pub(super) fn wide_surface(surface: &Surface) -> double::surface::Surface {
+    double::surface::Surface {
+        normal: surface.normal.as_dvec3(),
+        tangent: surface.tangent.as_dvec3(),
+        bitangent: surface.bitangent.as_dvec3(),
+        quadric: surface.quadric.as_dvec3(),
+        uv: surface.uv.as_dvec2(),
+        gradient_u: surface.gradient_u.as_dvec3(),
+        gradient_v: surface.gradient_v.as_dvec3(),
+        uv_bend: surface.uv_bend.as_dvec2(),
+        facet_depth: f64::from(surface.facet_depth),
+    }
+}
