@@ -118,38 +118,39 @@ impl Module {
             message: format!("it has no entry point {entry_point:?}"),
         })?;
         let words = Cow::Borrowed(file.words.as_slice());
-        let guard = device.guard();
-        let module = match self.route {
-            Route::Untouched => {
-                let entry_points = file
-                    .entry_points
-                    .iter()
-                    .map(|entry_point| wgpu::PassthroughShaderEntryPoint {
-                        name: Cow::Borrowed(entry_point.name.as_str()),
-                        workgroup_size: entry_point.workgroup.unwrap_or([1; 3]).into(),
-                    })
-                    .collect();
-                // SAFETY: who called `Module::untouched` has promised it.
-                unsafe {
-                    device.wgpu().create_shader_module_passthrough(
-                        wgpu::ShaderModuleDescriptorPassthrough {
-                            label: Some("bitwise"),
-                            entry_points,
-                            spirv: Some(words),
-                            ..Default::default()
-                        },
-                    )
+        device.attempt(|| {
+            Ok(match self.route {
+                Route::Untouched => {
+                    let entry_points = file
+                        .entry_points
+                        .iter()
+                        .map(|entry_point| wgpu::PassthroughShaderEntryPoint {
+                            name: Cow::Borrowed(entry_point.name.as_str()),
+                            workgroup_size: entry_point.workgroup.unwrap_or([1; 3]).into(),
+                        })
+                        .collect();
+                    // SAFETY: who called `Module::untouched` has promised it.
+                    unsafe {
+                        device.wgpu().create_shader_module_passthrough(
+                            wgpu::ShaderModuleDescriptorPassthrough {
+                                label: Some("bitwise"),
+                                entry_points,
+                                spirv: Some(words),
+                                ..Default::default()
+                            },
+                        )
+                    }
                 }
-            }
-            Route::Portable => device
-                .wgpu()
-                .create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some("bitwise"),
-                    source: wgpu::ShaderSource::SpirV(words),
-                }),
-        };
-        guard.finish()?;
-        Ok(module)
+                Route::Portable => {
+                    device
+                        .wgpu()
+                        .create_shader_module(wgpu::ShaderModuleDescriptor {
+                            label: Some("bitwise"),
+                            source: wgpu::ShaderSource::SpirV(words),
+                        })
+                }
+            })
+        })
     }
 }
 
