@@ -98,6 +98,7 @@ pub mod compare;
 mod device;
 mod error;
 pub mod generate;
+mod memory_model;
 pub mod module;
 pub mod runner;
 #[cfg(test)]

@@ -1,13 +1,14 @@
 //! A compiled module, and how it reaches the driver.
 
-use crate::{Device, DeviceError};
+use crate::{Device, DeviceError, memory_model};
 use std::borrow::Cow;
 
 /// How a module reaches the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
-    /// As it is; Vulkan with shader passthrough only. Nothing else keeps
-    /// NoContraction and the float controls.
+    /// As it is, but for a memory model that nothing in it needs; Vulkan with
+    /// shader passthrough only. Nothing else keeps NoContraction and the float
+    /// controls.
     Untouched,
     /// Read, checked and written anew by naga; every backend of wgpu.
     Portable,
@@ -60,10 +61,15 @@ impl Module {
     }
 
     fn new(files: &[&[u8]], route: Route) -> Result<Module, DeviceError> {
-        let files = files
+        let mut files = files
             .iter()
             .map(|bytes| File::new(bytes))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
+        if route == Route::Untouched {
+            for file in &mut files {
+                file.words = memory_model::plain(std::mem::take(&mut file.words), HEADER);
+            }
+        }
         Ok(Module { files, route })
     }
 
@@ -217,7 +223,7 @@ fn entry_points(words: &[u32]) -> Result<Vec<EntryPoint>, DeviceError> {
 }
 
 /// A text at the beginning of `words`: UTF-8 in little-endian words up to a 0.
-fn literal(words: &[u32]) -> String {
+pub(crate) fn literal(words: &[u32]) -> String {
     let bytes: Vec<u8> = words
         .iter()
         .flat_map(|word| word.to_le_bytes())
