@@ -61,7 +61,10 @@ fn failure(ways: u32) -> Option<vk::Result> {
         return None;
     }
     Some(match fault {
-        LOST => vk::Result::ERROR_DEVICE_LOST,
+        LOST => {
+            stop();
+            vk::Result::ERROR_DEVICE_LOST
+        }
         MEMORY => vk::Result::ERROR_OUT_OF_DEVICE_MEMORY,
         REFUSED => vk::Result::ERROR_INVALID_SHADER_NV,
         _ => {
@@ -70,6 +73,22 @@ fn failure(ways: u32) -> Option<vk::Result> {
         }
     })
 }
+
+/// Waits for the device behind: one that is lost works no more.
+fn stop() {
+    let (device, wait) = (
+        DEVICE.load(Ordering::SeqCst),
+        vkDeviceWaitIdle::REAL.load(Ordering::SeqCst),
+    );
+    if device != 0 && !wait.is_null() {
+        // SAFETY: the driver gave it out under this name, for this device, and
+        // wgpu uses its queue under a lock.
+        let _ = unsafe { transmute::<*mut (), vkDeviceWaitIdle::Type>(wait)(device) };
+    }
+}
+
+/// The device that was made last.
+static DEVICE: AtomicU64 = AtomicU64::new(0);
 
 type Function = unsafe extern "system" fn();
 type GetProc = unsafe extern "system" fn(u64, *const c_char) -> Option<Function>;
@@ -246,6 +265,7 @@ pub unsafe extern "system" fn vk_icdGetPhysicalDeviceProcAddr(
 }
 
 unsafe extern "system" fn device_proc(device: Handle, name: *const c_char) -> Option<Function> {
+    DEVICE.store(device, Ordering::SeqCst);
     // SAFETY: the driver gave it out under this name, and the name is one.
     unsafe {
         let get = transmute::<*mut (), GetProc>(DEVICE_PROC.load(Ordering::SeqCst));
