@@ -3,6 +3,10 @@
 //! wgpu asks for the layer in builds with debug assertions, and elsewhere where
 //! WGPU_VALIDATION=1 is set; with WGPU_GPU_BASED_VALIDATION=1 shaders are watched
 //! as they run. Synchronisation is always watched.
+//!
+//! With the environment variable RELIEVO_LONG=1 every scene of the gallery is
+//! drawn, in place of every eleventh, and every technique with all shaders, in
+//! place of the exact ones.
 
 use log::{LevelFilter, Log, Metadata, Record};
 use relievo::prepare::{PreparedScene, prepare};
@@ -57,7 +61,7 @@ fn complaints() -> Vec<String> {
 
 fn prepared(path: &Path) -> PreparedScene {
     let mut scene = Scene::load(path).unwrap();
-    scene.size = [24, 18];
+    scene.size = [16, 12];
     prepare(&scene, &|_| ()).unwrap()
 }
 
@@ -137,9 +141,16 @@ fn what_the_layer_says() {
     }
 
     let gallery = std::fs::read_dir(root().join("docs/gallery/scenes")).unwrap();
-    let gallery = gallery.map(|entry| entry.unwrap().path());
-    let mut paths: Vec<PathBuf> = scenes().into_iter().chain(gallery).collect();
-    paths.sort();
+    let mut gallery: Vec<PathBuf> = gallery.map(|entry| entry.unwrap().path()).collect();
+    gallery.sort();
+    let is_long = std::env::var("RELIEVO_LONG").is_ok_and(|value| value == "1");
+    let (step, modules): (usize, &[Shaders]) = match is_long {
+        true => (1, &Shaders::ALL),
+        false => (11, &[Shaders::Exact]),
+    };
+    let paths = scenes()
+        .into_iter()
+        .chain(gallery.into_iter().step_by(step));
     for path in paths {
         let mut scene = prepared(&path);
         for adapter in &adapters {
@@ -149,7 +160,7 @@ fn what_the_layer_says() {
         if path == asset("scenes/together.toml") {
             for_each_variant(&mut scene, |scene, _| {
                 for adapter in &adapters {
-                    for shaders in Shaders::ALL {
+                    for &shaders in modules {
                         draw(scene, adapter, shaders);
                         pictures += 4;
                     }

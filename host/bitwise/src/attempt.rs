@@ -29,7 +29,13 @@ pub(crate) fn attempt<T>(work: impl FnOnce() -> T) -> Result<T, String> {
             if DEPTH.get() == 0 {
                 return before(info);
             }
-            let said = info.payload_as_str().unwrap_or(UNKNOWN).trim();
+            let payload = info.payload();
+            let said = match (payload.downcast_ref::<&str>(), payload.downcast_ref()) {
+                (Some(said), _) => said,
+                (None, Some(said)) => String::as_str(said),
+                (None, None) => UNKNOWN,
+            };
+            let said = said.trim();
             let place = info.location().map_or(String::new(), |location| {
                 let file = location.file().rsplit(['/', '\\']).next();
                 format!(" ({}, line {})", file.unwrap_or_default(), location.line())
