@@ -2,6 +2,8 @@
 
 use relievo::render::gpu::{Adapter, adapters};
 use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::OnceLock;
 
 /// The repository's root.
 pub fn root() -> PathBuf {
@@ -45,4 +47,48 @@ pub fn every_adapter() -> Vec<Adapter> {
         "no GPU adapter: install a Vulkan driver (tests/run does it where it may)"
     );
     all
+}
+
+/// The program, built with the profile of this test and in its target folder:
+/// cargo names a binary only to tests of its own package.
+pub fn program() -> &'static Path {
+    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
+    PROGRAM.get_or_init(|| {
+        let name = format!("relievo{}", std::env::consts::EXE_SUFFIX);
+        built(&["--package", "relievo", "--bin", "relievo"], &name)
+    })
+}
+
+/// The Vulkan driver of `faulty-driver`, built likewise.
+pub fn faulty_driver() -> &'static Path {
+    static DRIVER: OnceLock<PathBuf> = OnceLock::new();
+    DRIVER.get_or_init(|| {
+        use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+        let name = format!("{DLL_PREFIX}relievo_faulty_driver{DLL_SUFFIX}");
+        built(&["--package", "relievo-faulty-driver"], &name)
+    })
+}
+
+/// The file `name` that `cargo build` makes with these arguments.
+///
+/// # Panics
+/// If it cannot be built.
+fn built(arguments: &[&str], name: &str) -> PathBuf {
+    // <target>/<profile>/deps/<test>-<hash>
+    let test = std::env::current_exe().expect("a test has a path");
+    let folder = test.ancestors().nth(2).expect("it lies in deps");
+    let profile = match folder.file_name().and_then(|name| name.to_str()) {
+        Some("debug") => "dev",
+        Some(other) => other,
+        None => panic!("{} has no name", folder.display()),
+    };
+    let built = Command::new(env!("CARGO"))
+        .args(["build", "--quiet", "--profile", profile, "--target-dir"])
+        .arg(folder.parent().expect("a profile's folder lies in target"))
+        .args(arguments)
+        .current_dir(root())
+        .status()
+        .expect("cargo runs");
+    assert!(built.success());
+    folder.join(name)
 }

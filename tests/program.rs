@@ -5,12 +5,11 @@ use exr::prelude::{AttributeValue, FlatSamples, Text, read_first_flat_layer_from
 use image::{GrayImage, Luma};
 use proptest::prelude::*;
 use relievo::scene::{LARGEST_PICTURE_SIDE, Scene};
-use relievo_tests::asset;
+use relievo_tests::{asset, program};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::BufReader;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use std::time::Duration;
 use tempfile::TempDir;
 
@@ -22,30 +21,6 @@ const FLOOR: u32 = 4;
 
 /// How most scenes are rendered here.
 const RENDER: &str = "render scene.toml --backend cpu --size 64x48";
-
-/// The program, built with the profile of this test and in its target folder:
-/// cargo names a binary only to tests of its own package.
-fn program() -> &'static Path {
-    static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
-    PROGRAM.get_or_init(|| {
-        // <target>/<profile>/deps/program-<hash>
-        let test = std::env::current_exe().unwrap();
-        let folder = test.ancestors().nth(2).unwrap();
-        let profile = match folder.file_name().unwrap().to_str().unwrap() {
-            "debug" => "dev",
-            other => other,
-        };
-        let built = std::process::Command::new(env!("CARGO"))
-            .args(["build", "--quiet", "--package", "relievo", "--bin"])
-            .args(["relievo", "--profile", profile, "--target-dir"])
-            .arg(folder.parent().unwrap())
-            .current_dir(relievo_tests::root())
-            .status()
-            .unwrap();
-        assert!(built.success());
-        folder.join(format!("relievo{}", std::env::consts::EXE_SUFFIX))
-    })
-}
 
 /// What a run of the program left on the terminal.
 struct Outcome {

@@ -69,7 +69,7 @@ impl Error {
     /// and not the input.
     pub fn is_machine(&self) -> bool {
         match self {
-            Error::Render(_) => true,
+            Error::Render(error) => !matches!(error, RenderError::TimeLimit { .. }),
             Error::Write { source, .. } => matches!(
                 source.kind(),
                 std::io::ErrorKind::StorageFull | std::io::ErrorKind::OutOfMemory

@@ -1,6 +1,28 @@
 //! Finding an adapter: which there are, which one to take, and a device of it.
 
+use crate::attempt::attempt;
 use crate::{Device, DeviceError};
+use std::time::Duration;
+
+/// The environment variable with the seconds that a device is waited for.
+///
+/// Without it a GPU has 60: longer than any operating system lets a GPU work on
+/// one thing, so that only one that hangs is given up. A software driver, which
+/// may really need long for a large picture, has an hour.
+pub const TIME_LIMIT: &str = "RELIEVO_GPU_TIMEOUT";
+
+fn time_limit(is_software: bool) -> Result<Duration, DeviceError> {
+    let Some(value) = std::env::var_os(TIME_LIMIT) else {
+        return Ok(Duration::from_secs(if is_software { 3600 } else { 60 }));
+    };
+    let value = value.to_string_lossy();
+    let seconds = value.trim().parse().ok().filter(|&seconds| seconds > 0.0);
+    seconds
+        .and_then(|seconds| Duration::try_from_secs_f64(seconds).ok())
+        .ok_or_else(|| DeviceError::TimeLimit {
+            value: value.to_string(),
+        })
+}
 
 /// An adapter, and what a person wants to know of it.
 pub struct Adapter {
@@ -55,7 +77,8 @@ impl Adapter {
     /// Opens a device with the adapter's own limits.
     ///
     /// # Errors
-    /// [`DeviceError::Device`] with the driver's reason.
+    /// [`DeviceError::Device`] with the driver's reason,
+    /// [`DeviceError::TimeLimit`] where [`TIME_LIMIT`] is no time.
     pub fn open(&self) -> Result<Device, DeviceError> {
         let mut features = wgpu::Features::empty();
         if self.takes_spirv() {
@@ -74,24 +97,32 @@ impl Adapter {
             memory_hints: wgpu::MemoryHints::MemoryUsage,
             trace: wgpu::Trace::Off,
         };
-        let (device, queue) = pollster::block_on(self.adapter.request_device(&descriptor))
-            .map_err(|error| DeviceError::Device {
-                adapter: self.describe(),
-                message: error.to_string(),
-            })?;
-        Ok(Device::new(device, queue, self.describe()))
+        let time_limit = time_limit(self.is_software())?;
+        let refused = |message| DeviceError::of(&self.describe(), message);
+        let (device, queue) =
+            attempt(|| pollster::block_on(self.adapter.request_device(&descriptor)))
+                .map_err(refused)?
+                .map_err(|error| refused(error.to_string()))?;
+        Ok(Device::new(device, queue, self.describe(), time_limit))
     }
 }
 
-/// Every adapter of this machine, real GPUs first.
+/// Every adapter of this machine, real GPUs first; none where a driver fails
+/// at being asked.
 pub fn adapters() -> Vec<Adapter> {
-    let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
-    let instance = wgpu::Instance::new(descriptor);
-    let mut found: Vec<Adapter> =
+    look().unwrap_or_default()
+}
+
+/// As [`adapters`], or the driver's fault.
+fn look() -> Result<Vec<Adapter>, String> {
+    let mut found: Vec<Adapter> = attempt(|| {
+        let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+        let instance = wgpu::Instance::new(descriptor);
         pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
-            .into_iter()
-            .map(|adapter| Adapter { adapter })
-            .collect();
+    })?
+    .into_iter()
+    .map(|adapter| Adapter { adapter })
+    .collect();
     found.sort_by_key(|found| match found.adapter.get_info().device_type {
         wgpu::DeviceType::DiscreteGpu => 0,
         wgpu::DeviceType::IntegratedGpu => 1,
@@ -99,7 +130,7 @@ pub fn adapters() -> Vec<Adapter> {
         wgpu::DeviceType::Other => 3,
         wgpu::DeviceType::Cpu => 4,
     });
-    found
+    Ok(found)
 }
 
 /// The first adapter, or the first whose name or driver holds `wanted`
@@ -108,7 +139,10 @@ pub fn adapters() -> Vec<Adapter> {
 /// # Errors
 /// [`DeviceError::NoAdapter`] with what there is instead.
 pub fn choose(wanted: Option<&str>) -> Result<Adapter, DeviceError> {
-    let mut all = adapters();
+    let (mut all, fault) = match look() {
+        Ok(all) => (all, None),
+        Err(fault) => (Vec::new(), Some(fault)),
+    };
     let position = match wanted {
         None => (!all.is_empty()).then_some(0),
         Some(wanted) => {
@@ -124,7 +158,9 @@ pub fn choose(wanted: Option<&str>) -> Result<Adapter, DeviceError> {
                 || "was found".to_string(),
                 |name| format!("has {name:?} in its name"),
             ),
-            found: if all.is_empty() {
+            found: if let Some(fault) = fault {
+                format!("a driver failed at being asked: {fault}")
+            } else if all.is_empty() {
                 "this machine has none".to_string()
             } else {
                 let names: Vec<String> = all.iter().map(Adapter::describe).collect();

@@ -91,22 +91,24 @@
 //! whether it can trust this device: [`Signature`].
 
 pub mod adapter;
+mod attempt;
 pub mod canary;
 pub mod check;
 pub mod compare;
 mod device;
 mod error;
 pub mod generate;
+mod memory_model;
 pub mod module;
 pub mod runner;
 #[cfg(test)]
 mod testing;
 
-pub use adapter::{Adapter, adapters, choose};
+pub use adapter::{Adapter, TIME_LIMIT, adapters, choose};
 pub use canary::{Canary, Signature, Told};
 pub use check::{Plan, compare_kernel, evaluate};
 pub use compare::{Batch, Difference, Histogram, Tally, ulp_distance};
-pub use device::{Device, Guard};
+pub use device::Device;
 pub use error::DeviceError;
 pub use generate::{Distribution, DomainError, Generator, Recorded, contains};
 pub use module::{EntryPoint, Module, Route};

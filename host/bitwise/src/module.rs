@@ -1,13 +1,14 @@
 //! A compiled module, and how it reaches the driver.
 
-use crate::{Device, DeviceError};
+use crate::{Device, DeviceError, memory_model};
 use std::borrow::Cow;
 
 /// How a module reaches the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
-    /// As it is; Vulkan with shader passthrough only. Nothing else keeps
-    /// NoContraction and the float controls.
+    /// As it is, but for a memory model that nothing in it needs; Vulkan with
+    /// shader passthrough only. Nothing else keeps NoContraction and the float
+    /// controls.
     Untouched,
     /// Read, checked and written anew by naga; every backend of wgpu.
     Portable,
@@ -60,10 +61,15 @@ impl Module {
     }
 
     fn new(files: &[&[u8]], route: Route) -> Result<Module, DeviceError> {
-        let files = files
+        let mut files = files
             .iter()
             .map(|bytes| File::new(bytes))
-            .collect::<Result<_, _>>()?;
+            .collect::<Result<Vec<_>, _>>()?;
+        if route == Route::Untouched {
+            for file in &mut files {
+                file.words = memory_model::plain(std::mem::take(&mut file.words), HEADER);
+            }
+        }
         Ok(Module { files, route })
     }
 
@@ -118,38 +124,39 @@ impl Module {
             message: format!("it has no entry point {entry_point:?}"),
         })?;
         let words = Cow::Borrowed(file.words.as_slice());
-        let guard = device.guard();
-        let module = match self.route {
-            Route::Untouched => {
-                let entry_points = file
-                    .entry_points
-                    .iter()
-                    .map(|entry_point| wgpu::PassthroughShaderEntryPoint {
-                        name: Cow::Borrowed(entry_point.name.as_str()),
-                        workgroup_size: entry_point.workgroup.unwrap_or([1; 3]).into(),
-                    })
-                    .collect();
-                // SAFETY: who called `Module::untouched` has promised it.
-                unsafe {
-                    device.wgpu().create_shader_module_passthrough(
-                        wgpu::ShaderModuleDescriptorPassthrough {
-                            label: Some("bitwise"),
-                            entry_points,
-                            spirv: Some(words),
-                            ..Default::default()
-                        },
-                    )
+        device.attempt(|| {
+            Ok(match self.route {
+                Route::Untouched => {
+                    let entry_points = file
+                        .entry_points
+                        .iter()
+                        .map(|entry_point| wgpu::PassthroughShaderEntryPoint {
+                            name: Cow::Borrowed(entry_point.name.as_str()),
+                            workgroup_size: entry_point.workgroup.unwrap_or([1; 3]).into(),
+                        })
+                        .collect();
+                    // SAFETY: who called `Module::untouched` has promised it.
+                    unsafe {
+                        device.wgpu().create_shader_module_passthrough(
+                            wgpu::ShaderModuleDescriptorPassthrough {
+                                label: Some("bitwise"),
+                                entry_points,
+                                spirv: Some(words),
+                                ..Default::default()
+                            },
+                        )
+                    }
                 }
-            }
-            Route::Portable => device
-                .wgpu()
-                .create_shader_module(wgpu::ShaderModuleDescriptor {
-                    label: Some("bitwise"),
-                    source: wgpu::ShaderSource::SpirV(words),
-                }),
-        };
-        guard.finish()?;
-        Ok(module)
+                Route::Portable => {
+                    device
+                        .wgpu()
+                        .create_shader_module(wgpu::ShaderModuleDescriptor {
+                            label: Some("bitwise"),
+                            source: wgpu::ShaderSource::SpirV(words),
+                        })
+                }
+            })
+        })
     }
 }
 
@@ -216,7 +223,7 @@ fn entry_points(words: &[u32]) -> Result<Vec<EntryPoint>, DeviceError> {
 }
 
 /// A text at the beginning of `words`: UTF-8 in little-endian words up to a 0.
-fn literal(words: &[u32]) -> String {
+pub(crate) fn literal(words: &[u32]) -> String {
     let bytes: Vec<u8> = words
         .iter()
         .flat_map(|word| word.to_le_bytes())

@@ -44,31 +44,33 @@ impl Runner {
     /// # Errors
     /// [`DeviceError::Device`] where the device fails.
     pub fn new(device: &Device, module: &Module) -> Result<Runner, DeviceError> {
-        let guard = device.guard();
-        let entries = [true, false].map(|read_only| wgpu::BindGroupLayoutEntry {
-            binding: if read_only { 0 } else { 1 },
-            visibility: wgpu::ShaderStages::COMPUTE,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only },
-                has_dynamic_offset: false,
-                min_binding_size: None,
-            },
-            count: None,
-        });
-        let bindings = device
-            .wgpu()
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some("bitwise"),
-                entries: &entries,
+        let (bindings, layout) = device.attempt(|| {
+            let entries = [true, false].map(|read_only| wgpu::BindGroupLayoutEntry {
+                binding: if read_only { 0 } else { 1 },
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
+                count: None,
             });
-        let layout = device
-            .wgpu()
-            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("bitwise"),
-                bind_group_layouts: &[Some(&bindings)],
-                immediate_size: 0,
-            });
-        guard.finish()?;
+            let bindings =
+                device
+                    .wgpu()
+                    .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                        label: Some("bitwise"),
+                        entries: &entries,
+                    });
+            let layout = device
+                .wgpu()
+                .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                    label: Some("bitwise"),
+                    bind_group_layouts: &[Some(&bindings)],
+                    immediate_size: 0,
+                });
+            Ok::<_, DeviceError>((bindings, layout))
+        })?;
         Ok(Runner {
             device: device.clone(),
             module: module.clone(),
@@ -174,62 +176,64 @@ impl Runner {
         let (input_bytes, output_bytes) = (bytes(kernel.input_words), bytes(kernel.output_words));
 
         let pipeline = self.pipeline(kernel.name)?;
-        let guard = self.device.guard();
-        let kept = self.buffers.take().filter(|buffers| {
-            buffers.input_bytes >= input_bytes && buffers.output_bytes >= output_bytes
-        });
-        let buffers = match kept {
-            Some(buffers) => buffers,
-            None => Buffers::new(&self.device, input_bytes, output_bytes),
-        };
-        let queue = self.device.queue();
-        queue.write_buffer(&buffers.input, 0, bytemuck::cast_slice(inputs));
-        if !padding.is_empty() {
-            let end = 4 * inputs.len() as u64;
-            queue.write_buffer(&buffers.input, end, bytemuck::cast_slice(&padding));
-        }
-        // The shader sees arrays of this dispatch's length, not the buffers'.
-        let part = |buffer, bytes| {
-            wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                buffer,
-                offset: 0,
-                size: wgpu::BufferSize::new(bytes),
-            })
-        };
-        let group = self
-            .device
-            .wgpu()
-            .create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some(kernel.name),
-                layout: &self.bindings,
-                entries: &[
-                    wgpu::BindGroupEntry {
-                        binding: 0,
-                        resource: part(&buffers.input, input_bytes),
-                    },
-                    wgpu::BindGroupEntry {
-                        binding: 1,
-                        resource: part(&buffers.output, output_bytes),
-                    },
-                ],
+        let device = self.device.clone();
+        let buffers = device.attempt(|| {
+            let kept = self.buffers.take().filter(|buffers| {
+                buffers.input_bytes >= input_bytes && buffers.output_bytes >= output_bytes
             });
-        let mut encoder = self
-            .device
-            .wgpu()
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(&buffers.unwritten, 0, &buffers.output, 0, output_bytes);
-        {
-            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(kernel.name),
-                timestamp_writes: None,
-            });
-            pass.set_pipeline(&pipeline);
-            pass.set_bind_group(0, &group, &[]);
-            pass.dispatch_workgroups((padded / WORKGROUP as usize) as u32, 1, 1);
-        }
-        encoder.copy_buffer_to_buffer(&buffers.output, 0, &buffers.read_back, 0, output_bytes);
-        queue.submit([encoder.finish()]);
-        guard.finish()?;
+            let buffers = match kept {
+                Some(buffers) => buffers,
+                None => Buffers::new(&self.device, input_bytes, output_bytes),
+            };
+            let queue = self.device.queue();
+            queue.write_buffer(&buffers.input, 0, bytemuck::cast_slice(inputs));
+            if !padding.is_empty() {
+                let end = 4 * inputs.len() as u64;
+                queue.write_buffer(&buffers.input, end, bytemuck::cast_slice(&padding));
+            }
+            // The shader sees arrays of this dispatch's length, not the buffers'.
+            let part = |buffer, bytes| {
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer,
+                    offset: 0,
+                    size: wgpu::BufferSize::new(bytes),
+                })
+            };
+            let group = self
+                .device
+                .wgpu()
+                .create_bind_group(&wgpu::BindGroupDescriptor {
+                    label: Some(kernel.name),
+                    layout: &self.bindings,
+                    entries: &[
+                        wgpu::BindGroupEntry {
+                            binding: 0,
+                            resource: part(&buffers.input, input_bytes),
+                        },
+                        wgpu::BindGroupEntry {
+                            binding: 1,
+                            resource: part(&buffers.output, output_bytes),
+                        },
+                    ],
+                });
+            let mut encoder = self
+                .device
+                .wgpu()
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            encoder.copy_buffer_to_buffer(&buffers.unwritten, 0, &buffers.output, 0, output_bytes);
+            {
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                    label: Some(kernel.name),
+                    timestamp_writes: None,
+                });
+                pass.set_pipeline(&pipeline);
+                pass.set_bind_group(0, &group, &[]);
+                pass.dispatch_workgroups((padded / WORKGROUP as usize) as u32, 1, 1);
+            }
+            encoder.copy_buffer_to_buffer(&buffers.output, 0, &buffers.read_back, 0, output_bytes);
+            queue.submit([encoder.finish()]);
+            Ok::<_, DeviceError>(buffers)
+        })?;
         let buffers = self.buffers.insert(buffers);
         Ok(Pending {
             device: &self.device,
@@ -260,19 +264,17 @@ impl Runner {
             )));
         }
         let shader = self.module.load(&self.device, name)?;
-        let guard = self.device.guard();
-        let pipeline =
-            self.device
-                .wgpu()
-                .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-                    label: Some(name),
-                    layout: Some(&self.layout),
-                    module: &shader,
-                    entry_point: Some(name),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    cache: None,
-                });
-        guard.finish()?;
+        let pipeline = self.device.attempt(|| {
+            let descriptor = wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&self.layout),
+                module: &shader,
+                entry_point: Some(name),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            };
+            Ok::<_, DeviceError>(self.device.wgpu().create_compute_pipeline(&descriptor))
+        })?;
         self.pipelines.insert(name, pipeline.clone());
         Ok(pipeline)
     }

@@ -6,7 +6,7 @@ use relievo::Error;
 use relievo::budget::Promise;
 use relievo::prepare::{PreparedScene, Step, prepare, prepare_view};
 use relievo::render::gpu::{Adapter, Choice, adapters, choose};
-use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
+use relievo::render::{CpuRenderer, FallbackRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Scene;
 use std::path::Path;
 
@@ -136,9 +136,13 @@ pub fn choose_renderer<'a>(
         Some(found) => match GpuRenderer::new(scene, found, shaders) {
             Ok(renderer) => {
                 let line = format!("{}: this machine's GPU", renderer.name());
-                Ok((Box::new(renderer), line))
+                Ok((Box::new(FallbackRenderer::new(scene, renderer)), line))
             }
-            Err(error) => Ok(cpu(&format!("the GPU cannot render this: {error}"))),
+            Err(error @ RenderError::TimeLimit { .. }) => Err(error),
+            Err(error) => {
+                tracing::warn!("the GPU cannot render this, and the CPU does instead: {error}");
+                Ok(cpu("the GPU cannot render this"))
+            }
         },
     }
 }

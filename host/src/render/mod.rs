@@ -2,14 +2,16 @@
 //! a fragment shader, and the same words of a picture from both.
 
 pub mod cpu;
+pub mod fallback;
 pub mod gpu;
 
 use crate::prepare::PreparedScene;
-use relievo_bitwise::DeviceError;
+use relievo_bitwise::{DeviceError, TIME_LIMIT};
 use relievo_shared::layout::Frame;
 use relievo_shared::normals::CLASS_MISS;
 
 pub use cpu::{CpuRenderer, Effort};
+pub use fallback::FallbackRenderer;
 pub use gpu::GpuRenderer;
 
 /// Linear colours, as the bits of f32.
@@ -78,13 +80,31 @@ pub enum RenderError {
         /// What is there.
         found: String,
     },
-    /// The adapter gave no device.
+    /// The adapter gave no device, or the device failed or was lost.
     #[error("{adapter}: {message}; use --backend cpu or another --adapter")]
     Device {
         /// The adapter.
         adapter: String,
         /// Why.
         message: String,
+    },
+    /// The device has not the memory for the scene or its picture.
+    #[error(
+        "{adapter}: {message}; use --backend cpu, a smaller picture (--size), or less in the scene"
+    )]
+    DeviceMemory {
+        /// The adapter.
+        adapter: String,
+        /// For what.
+        message: String,
+    },
+    /// The longest time to wait for a device is no time.
+    #[error(
+        "the environment variable {TIME_LIMIT} is {value:?}; make it a number of seconds, such as 60, or leave it out"
+    )]
+    TimeLimit {
+        /// What it was set to.
+        value: String,
     },
     /// There is not enough memory for the picture.
     #[error(
@@ -117,6 +137,10 @@ impl From<DeviceError> for RenderError {
         match error {
             DeviceError::NoAdapter { wanted, found } => RenderError::NoAdapter { wanted, found },
             DeviceError::Device { adapter, message } => RenderError::Device { adapter, message },
+            DeviceError::Memory { adapter, message } => {
+                RenderError::DeviceMemory { adapter, message }
+            }
+            DeviceError::TimeLimit { value } => RenderError::TimeLimit { value },
             DeviceError::Limit {
                 adapter,
                 what,

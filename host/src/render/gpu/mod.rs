@@ -5,12 +5,11 @@ mod shaders;
 mod timestamps;
 
 pub use memory::{Memory, Pictures};
-pub use relievo_bitwise::{Adapter, Module, Signature, adapters, choose};
+pub use relievo_bitwise::{Adapter, Device, Module, Signature, TIME_LIMIT, adapters, choose};
 pub use shaders::{Choice, EntryPoints, Extent, Facets, Shaders, canaries, signature};
 
 use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
 use crate::prepare::{PreparedObject, PreparedScene};
-use relievo_bitwise::Device;
 use relievo_shared::layout::{Frame, PlanarTriangle};
 use std::borrow::Cow;
 use std::cell::Cell;
@@ -85,7 +84,10 @@ impl Pipelines {
             (&*placed, vertex),
             (&self.module.load(device, fragment)?, fragment),
         ];
-        let pipeline = make_pipeline(device.wgpu(), &self.layout, modules, targets);
+        let pipeline = device.attempt(|| {
+            let pipeline = make_pipeline(device.wgpu(), &self.layout, modules, targets);
+            Ok::<_, RenderError>(pipeline)
+        })?;
         self.made.insert(fragment, pipeline);
         Ok(())
     }
@@ -160,8 +162,19 @@ impl GpuRenderer {
         name: &str,
         extent: Extent,
     ) -> Result<GpuRenderer, RenderError> {
+        let device = opened.clone();
+        device.attempt(|| GpuRenderer::put(scene, opened, module, name, extent))
+    }
+
+    /// What [`GpuRenderer::on`] does where nothing fails.
+    fn put(
+        scene: &PreparedScene,
+        opened: Device,
+        module: &Module,
+        name: &str,
+        extent: Extent,
+    ) -> Result<GpuRenderer, RenderError> {
         let description = format!("{}, {name}", opened.describe());
-        let guarded = opened.guard();
         let (device, queue) = (opened.wgpu(), opened.queue());
         let largest = opened.largest_storage();
         for object in &scene.objects {
@@ -248,7 +261,6 @@ impl GpuRenderer {
         }
         let has_clock = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let timestamps = has_clock.then(|| Timestamps::new(device, queue.get_timestamp_period()));
-        guarded.finish()?;
 
         let [r, g, b, a] = background_words(scene).map(f64::from);
         Ok(GpuRenderer {
@@ -262,6 +274,12 @@ impl GpuRenderer {
             timestamps,
             scene_bytes: scene_bytes.get(),
         })
+    }
+
+    /// The device that it draws on. Who loses it ([`Device::wgpu`] has
+    /// `destroy`) makes every later frame an error.
+    pub fn device(&self) -> &Device {
+        &self.device
     }
 
     /// Bytes of the device that the scene's buffers and the last pictures take,
@@ -293,7 +311,22 @@ impl GpuRenderer {
     }
 
     fn draw(&mut self, frame: &Frame, geometry: bool, read_back: bool) -> Result<(), RenderError> {
-        let guarded = self.device.guard();
+        let device = self.device.clone();
+        let drawn = device.attempt(|| self.submit(frame, geometry, read_back));
+        if drawn.is_err() {
+            // Perhaps the device had no memory for them.
+            self.targets = None;
+        }
+        drawn
+    }
+
+    /// Draws, and waits for the device.
+    fn submit(
+        &mut self,
+        frame: &Frame,
+        geometry: bool,
+        read_back: bool,
+    ) -> Result<(), RenderError> {
         let device = self.device.wgpu();
         if geometry {
             for object in &self.objects {
@@ -389,7 +422,6 @@ impl GpuRenderer {
         }
         self.device.queue().submit([encoder.finish()]);
         self.device.wait()?;
-        guarded.finish()?;
         self.targets = Some(targets);
         Ok(())
     }
