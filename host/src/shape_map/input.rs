@@ -1,9 +1,16 @@
 //! What all image files that are read have in common: opening and size limits.
+//! What is read after that is any source of bytes, a file or memory.
 
 use super::ShapeMapError;
+use crate::file::open_regular;
 use std::fs::File;
-use std::io::BufReader;
+use std::io::{BufRead, BufReader, Seek};
 use std::path::Path;
+
+/// The bytes of an image file.
+pub(super) trait Input: BufRead + Seek {}
+
+impl<T: BufRead + Seek> Input for T {}
 
 /// The number of pixels above which an image is refused unless the caller
 /// raises the limit: 2²⁸, a square of 16,384.
@@ -13,7 +20,7 @@ pub const DEFAULT_MAX_PIXELS: u64 = 1 << 28;
 /// squared distances fit the integers used, and byte offsets fit 32 bits.
 pub const MAX_PIXELS: u64 = 1 << 30;
 
-/// Opens a file for reading and tells a folder from a file.
+/// Opens a file for reading and tells a folder, a pipe and a device from a file.
 pub(super) fn open(path: &Path) -> Result<BufReader<File>, ShapeMapError> {
     let read_error = |source| ShapeMapError::Read {
         path: path.to_path_buf(),
@@ -25,7 +32,7 @@ pub(super) fn open(path: &Path) -> Result<BufReader<File>, ShapeMapError> {
             path: path.to_path_buf(),
         });
     }
-    Ok(BufReader::new(File::open(path).map_err(read_error)?))
+    Ok(BufReader::new(open_regular(path).map_err(read_error)?))
 }
 
 /// Refuses an image without pixels or with more than `max_pixels` of them
