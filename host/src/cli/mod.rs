@@ -7,6 +7,8 @@ mod budget;
 mod explain;
 mod gallery;
 mod info;
+mod interrupt;
+mod limits;
 mod progress;
 mod render;
 mod session;
@@ -16,6 +18,7 @@ mod verify;
 use anyhow::Context;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use limits::{LimitArguments, PixelArguments};
 use relievo::tradeoff::Shard;
 use std::fmt;
 use std::io::{self, Write};
@@ -28,7 +31,7 @@ use tracing::Level;
 #[command(
     name = "relievo",
     version,
-    after_help = "Exit codes: 0 done, 1 the input is at fault, 2 wrong usage, 3 the machine (no adapter, out of memory)."
+    after_help = "Exit codes: 0 done, 1 the input is at fault, 2 wrong usage, 3 the machine (no adapter, out of memory, disk full)."
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -108,6 +111,8 @@ struct RenderArguments {
     /// cheapest way to be no worse is looked for
     #[arg(long, value_name = "PX", value_parser = parse_budget)]
     budget: Option<f64>,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 /// How a baked texel is stored.
@@ -146,12 +151,16 @@ struct BakeArguments {
     /// Extrude the light pixels
     #[arg(long)]
     invert: bool,
+    #[command(flatten)]
+    pixels: PixelArguments,
 }
 
 #[derive(Args)]
 struct InfoArguments {
     /// The scene; without it only the adapters are shown
     scene: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Args)]
@@ -165,6 +174,8 @@ struct ExplainArguments {
     /// Size of the picture, in place of the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Args)]
@@ -192,6 +203,8 @@ struct VerifyArguments {
     /// Which shaders to compare; differences of the exact ones are an error (exit code 1)
     #[arg(long, value_enum, default_value_t = ShaderChoice::All)]
     shaders: ShaderChoice,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 /// What knows the truth.
@@ -221,6 +234,8 @@ struct AccuracyArguments {
     /// What renders
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     backend: Backend,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Subcommand)]
@@ -251,6 +266,8 @@ struct BenchSceneArguments {
     /// Frames timed with each renderer, after one to warm up
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..100_000))]
     frames: u32,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 /// What the table is measured on.
@@ -354,6 +371,8 @@ struct TradeoffArguments {
     /// and measure anew
     #[arg(long)]
     restart: bool,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Args)]
@@ -385,6 +404,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         .without_time()
         .with_target(false)
         .init();
+    interrupt::watch();
     let result = match arguments.command {
         Command::Render(arguments) => {
             if arguments.backend == Backend::Cpu && arguments.adapter.is_some() {

@@ -10,9 +10,11 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
-    let Loaded { scene, prepared } = load_view(&arguments.scene, arguments.size, |scene| {
-        scene.set_budget(arguments.budget);
-    })?;
+    let limits = arguments.limits.limits();
+    let Loaded { scene, prepared } =
+        load_view(&arguments.scene, arguments.size, &limits, |scene| {
+            scene.set_budget(arguments.budget);
+        })?;
     let output = arguments.output.clone().unwrap_or_else(|| {
         let mut name = arguments.scene.file_stem().unwrap_or_default().to_owned();
         name.push(".png");

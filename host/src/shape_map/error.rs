@@ -41,7 +41,7 @@ pub enum ShapeMapError {
     #[error(
         "`{}` has {width} × {height} pixels, more than the limit of {max_pixels} in all: scale the image down{}",
         path.display(),
-        if *max_pixels < super::MAX_PIXELS { " or raise the limit" } else { "" }
+        if *max_pixels < super::MAX_PIXELS { " or raise the limit (--max-pixels, --max-memory)" } else { "" }
     )]
     TooLarge {
         /// The file.
