@@ -3,7 +3,8 @@
 use super::session::{Loaded, choose_renderer, load_view, say_plans};
 use super::{RenderArguments, say};
 use relievo::Error;
-use relievo::aov::save_exr;
+use relievo::aov::{PIXEL_BYTES, save_exr};
+use relievo::limits::Account;
 use relievo::picture::Picture;
 use relievo::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -21,6 +22,10 @@ pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
         PathBuf::from(name)
     });
     check_outputs(&scene, &output, arguments.aov.as_deref())?;
+    if arguments.aov.is_some() {
+        let pixels = scene.size.map(u64::from).iter().product();
+        Account::new(&scene.path, &limits).take("--aov", pixels, PIXEL_BYTES)?;
+    }
     let (mut renderer, line) =
         choose_renderer(arguments.backend, arguments.adapter.as_deref(), &prepared)
             .map_err(Error::from)?;

@@ -54,6 +54,20 @@ pub enum ShapeMapError {
         max_pixels: u64,
     },
 
+    /// The file has more bytes than an image of the allowed size.
+    #[error(
+        "`{}` has {length} bytes, and the limit is {limit}: scale the image down or raise the limit (--max-pixels, --max-memory)",
+        path.display()
+    )]
+    FileTooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its length in bytes.
+        length: u64,
+        /// The largest number of bytes allowed.
+        limit: u64,
+    },
+
     /// The image has no pixels.
     #[error("`{}` has no pixels ({width} × {height}): give an image of at least 1 × 1", path.display())]
     EmptyImage {

@@ -35,6 +35,32 @@ pub(super) fn open(path: &Path) -> Result<BufReader<File>, ShapeMapError> {
     Ok(BufReader::new(open_regular(path).map_err(read_error)?))
 }
 
+/// As [`open`], but refuses a file with more bytes than any image of
+/// `max_pixels` has: some decoders read all of it before they tell the size.
+pub(super) fn open_within(path: &Path, max_pixels: u64) -> Result<BufReader<File>, ShapeMapError> {
+    let read_error = |source| ShapeMapError::Read {
+        path: path.to_path_buf(),
+        source,
+    };
+    let input = open(path)?;
+    let length = input.get_ref().metadata().map_err(read_error)?.len();
+    let limit = decoded_bytes(max_pixels.min(MAX_PIXELS));
+    if length > limit {
+        return Err(ShapeMapError::FileTooLarge {
+            path: path.to_path_buf(),
+            length,
+            limit,
+        });
+    }
+    Ok(input)
+}
+
+/// Bytes that an image may take while it is decoded: four channels of 32 bits
+/// are the largest pixel, and the rest is for buffers.
+pub(super) fn decoded_bytes(pixels: u64) -> u64 {
+    16 * pixels + (64 << 20)
+}
+
 /// Refuses an image without pixels or with more than `max_pixels` of them
 /// ([`MAX_PIXELS`] at most).
 pub(super) fn check_size(

@@ -3,7 +3,7 @@
 //! Source: algorithm.md, sections 1 and 3.
 
 use super::ShapeMapError;
-use super::input::{DEFAULT_MAX_PIXELS, Input, MAX_PIXELS, check_size, open};
+use super::input::{DEFAULT_MAX_PIXELS, Input, MAX_PIXELS, check_size, decoded_bytes, open_within};
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::Path;
@@ -52,7 +52,7 @@ impl Pattern {
     /// A file that cannot be read, is no image, or has no pixels or too many.
     pub fn load(path: impl AsRef<Path>, options: &PatternOptions) -> Result<Self, ShapeMapError> {
         let path = path.as_ref();
-        Self::read(open(path)?, path, options)
+        Self::read(open_within(path, options.max_pixels)?, path, options)
     }
 
     /// As [`Pattern::load`], of the bytes of a file; `path` is named in errors,
@@ -179,8 +179,7 @@ fn decode_image(
 /// What a decoder may set aside for an image of a size that has been checked.
 fn memory([width, height]: [u32; 2]) -> Limits {
     let mut limits = Limits::no_limits();
-    // Four channels of 32 bits are the largest pixel; the rest is for buffers.
-    limits.max_alloc = Some(16 * u64::from(width) * u64::from(height) + (64 << 20));
+    limits.max_alloc = Some(decoded_bytes(u64::from(width) * u64::from(height)));
     limits
 }
 

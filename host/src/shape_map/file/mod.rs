@@ -9,7 +9,7 @@ mod exr;
 mod png;
 
 use super::coding::Coding;
-use super::input::{DEFAULT_MAX_PIXELS, Input, open};
+use super::input::{DEFAULT_MAX_PIXELS, Input, open, open_within};
 use super::{ShapeMap, ShapeMapError, Storage};
 use crate::Error;
 use crate::file::write_whole;
@@ -94,7 +94,7 @@ impl ShapeMap {
     /// fit the pixels ([`ShapeMapError::InvalidShapeMap`]).
     pub fn load_within(path: impl AsRef<Path>, max_pixels: u64) -> Result<Self, ShapeMapError> {
         let path = path.as_ref();
-        Self::read(open(path)?, path, max_pixels)
+        Self::read(open_within(path, max_pixels)?, path, max_pixels)
     }
 
     /// As [`ShapeMap::load_within`], of the bytes of a file; `path` is named in
