@@ -1,17 +1,18 @@
 //! The program as a user runs it: what it writes, what it says, how it fails.
 
-use assert_cmd::Command;
+mod desk;
+
+#[cfg(target_os = "linux")]
+use desk::within_memory;
+use desk::{Desk, Outcome, RENDER, words};
 use exr::prelude::{AttributeValue, FlatSamples, Text, read_first_flat_layer_from_file};
-use image::{GrayImage, Luma};
 use proptest::prelude::*;
 use relievo::scene::{LARGEST_PICTURE_SIDE, Scene};
 use relievo_tests::{asset, program};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::BufReader;
-use std::path::{Path, PathBuf};
-use std::time::Duration;
-use tempfile::TempDir;
+use std::path::Path;
 
 const MISS: u32 = 0;
 const CAP: u32 = 1;
@@ -19,113 +20,7 @@ const WALL: u32 = 2;
 const BEVEL: u32 = 3;
 const FLOOR: u32 = 4;
 
-/// How most scenes are rendered here.
-const RENDER: &str = "render scene.toml --backend cpu --size 64x48";
-
-/// What a run of the program left on the terminal.
-struct Outcome {
-    code: Option<i32>,
-    stdout: String,
-    stderr: String,
-}
-
-impl Outcome {
-    /// Runs `command`; a run that hangs is stopped and fails.
-    fn of(command: &mut Command) -> Outcome {
-        let output = command
-            .timeout(Duration::from_secs(300))
-            .env_remove("RUST_BACKTRACE")
-            .output()
-            .unwrap();
-        let outcome = Outcome {
-            code: output.status.code(),
-            stdout: String::from_utf8(output.stdout).unwrap(),
-            stderr: String::from_utf8(output.stderr).unwrap(),
-        };
-        assert!(!outcome.stderr.contains("panicked"), "{}", outcome.stderr);
-        outcome
-    }
-
-    #[track_caller]
-    fn done(self) -> Outcome {
-        assert_eq!(self.code, Some(0), "{}", self.stderr);
-        self
-    }
-}
-
-/// A folder to work in, removed at the end.
-struct Desk(TempDir);
-
 impl Desk {
-    fn new() -> Desk {
-        Desk(tempfile::tempdir().unwrap())
-    }
-
-    fn path(&self, name: &str) -> PathBuf {
-        self.0.path().join(name)
-    }
-
-    fn write(&self, name: &str, contents: impl AsRef<[u8]>) -> PathBuf {
-        let path = self.path(name);
-        fs::write(&path, contents).unwrap();
-        path
-    }
-
-    /// A gray image.
-    fn image(&self, name: &str, width: u32, height: u32, luma: impl Fn(u32, u32) -> u8) {
-        GrayImage::from_fn(width, height, |x, y| Luma([luma(x, y)]))
-            .save(self.path(name))
-            .unwrap();
-    }
-
-    /// Names of everything in the folder and below.
-    fn listing(&self) -> BTreeSet<PathBuf> {
-        let mut found = BTreeSet::new();
-        let mut folders = vec![self.0.path().to_path_buf()];
-        while let Some(folder) = folders.pop() {
-            for entry in fs::read_dir(folder).unwrap() {
-                let entry = entry.unwrap();
-                if entry.file_type().unwrap().is_dir() {
-                    folders.push(entry.path());
-                }
-                found.insert(entry.path());
-            }
-        }
-        found
-    }
-
-    /// The program, to be run in this folder.
-    fn command(&self) -> Command {
-        let mut command = Command::new(program());
-        command.current_dir(self.0.path());
-        command
-    }
-
-    /// Runs the program with arguments separated by spaces.
-    fn run(&self, arguments: &str) -> Outcome {
-        Outcome::of(self.command().args(arguments.split_whitespace()))
-    }
-
-    /// Runs what must fail with exit code `code`, say each of `parts`
-    /// (separated by `|`), and write nothing.
-    #[track_caller]
-    fn fails(&self, arguments: &str, code: i32, parts: &str) {
-        let before = self.listing();
-        let Outcome {
-            code: found,
-            stdout,
-            stderr,
-        } = self.run(arguments);
-        assert_eq!(found, Some(code), "{arguments}\n{stdout}\n{stderr}");
-        assert!(stderr.starts_with("error: "), "{stderr}");
-        for part in parts.split('|').map(str::trim) {
-            assert!(stderr.contains(part), "{part:?} is missing in\n{stderr}");
-        }
-        // The system's reason is told once.
-        assert!(stderr.matches("(os error").count() <= 1, "{stderr}");
-        assert_eq!(self.listing(), before, "{stderr}");
-    }
-
     /// Writes `text` as scene.toml; rendering it must fail with code 1 and `parts`.
     #[track_caller]
     fn scene_fails(&self, text: impl AsRef<[u8]>, parts: &str) {
@@ -1157,22 +1052,6 @@ fn a_huge_shape_is_refused_by_its_header() {
     }
 }
 
-/// Runs the program with an address space of `bytes`.
-#[cfg(target_os = "linux")]
-fn within_memory(desk: &Desk, bytes: u64, arguments: &str) -> Outcome {
-    let mut command = Command::new("sh");
-    command
-        .args([
-            "-c",
-            &format!("ulimit -v {}; exec \"$0\" \"$@\"", bytes / 1024),
-        ])
-        .arg(program())
-        .args(arguments.split_whitespace())
-        .env("RAYON_NUM_THREADS", "2")
-        .current_dir(desk.0.path());
-    Outcome::of(&mut command)
-}
-
 #[cfg(target_os = "linux")]
 #[test]
 fn a_picture_that_does_not_fit_is_the_machines_fault() {
@@ -1251,7 +1130,7 @@ fn a_reader_that_goes_away_is_no_panic() {
         let (reader, writer) = std::io::pipe().unwrap();
         drop(reader);
         let output = std::process::Command::new(program())
-            .args(arguments.split_whitespace())
+            .args(words(arguments))
             .current_dir(desk.0.path())
             .stdout(writer)
             .output()

@@ -11,6 +11,9 @@ use exr::prelude::{
 };
 use std::path::Path;
 
+/// Bytes that a pixel is estimated to take: as words, as channels, and encoded.
+pub const PIXEL_BYTES: u64 = 96;
+
 /// Writes the channels `t` (distance along the ray, world units), `u`, `v`
 /// (texture coordinates within one repeat, v down), `delta` (depth fraction),
 /// `class` (0 miss, 1 cap, 2 wall, 3 bevel, 4 floor) and `N.x`, `N.y`, `N.z`

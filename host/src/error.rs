@@ -29,6 +29,22 @@ pub enum Error {
         /// What is wrong, and what to do.
         problem: String,
     },
+    /// A scene asks for more memory than it may have.
+    #[error(
+        "{scene}: {what} would take {needed} bytes beside {taken} for the rest, more than the limit of {limit}; make it smaller, or raise the limit (--max-memory)"
+    )]
+    Limit {
+        /// The scene file.
+        scene: PathBuf,
+        /// What does not fit.
+        what: String,
+        /// How much it needs, bytes.
+        needed: u64,
+        /// How much the rest of the scene takes, bytes.
+        taken: u64,
+        /// How much there may be in all, bytes.
+        limit: u64,
+    },
     /// A renderer.
     #[error(transparent)]
     Render(#[from] RenderError),
@@ -72,7 +88,10 @@ impl Error {
             Error::Render(error) => !matches!(error, RenderError::TimeLimit { .. }),
             Error::Write { source, .. } => matches!(
                 source.kind(),
-                std::io::ErrorKind::StorageFull | std::io::ErrorKind::OutOfMemory
+                std::io::ErrorKind::StorageFull
+                    | std::io::ErrorKind::QuotaExceeded
+                    | std::io::ErrorKind::FileTooLarge
+                    | std::io::ErrorKind::OutOfMemory
             ),
             _ => false,
         }

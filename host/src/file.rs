@@ -1,11 +1,81 @@
-//! Writing files whole or not at all.
+//! Reading regular files only, and writing files whole or not at all.
 
 use crate::Error;
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::fs::File;
+use std::io::{BufWriter, ErrorKind, Read, Write};
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+/// Opens `path` for reading. Anything but a regular file is an error: a pipe or
+/// a device might never end, or never begin.
+///
+/// # Errors
+/// What the system says, or that `path` is no regular file.
+pub fn open_regular(path: &Path) -> std::io::Result<File> {
+    // Asked first: it is opening that waits for a pipe's other end.
+    if std::fs::metadata(path)?.is_file() {
+        File::open(path)
+    } else {
+        Err(std::io::Error::other(
+            "it is a folder, a pipe or a device; name a regular file",
+        ))
+    }
+}
+
+/// Reads a regular file of at most `limit` bytes.
+///
+/// # Errors
+/// As [`open_regular`]; [`ErrorKind::FileTooLarge`] before a larger file is read.
+pub fn read_regular(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
+    let file = open_regular(path)?;
+    let length = file.metadata()?.len();
+    let mut bytes = Vec::new();
+    if length <= limit {
+        bytes.try_reserve_exact(length as usize)?;
+        // It may grow while it is read.
+        file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
+    }
+    if length.max(bytes.len() as u64) > limit {
+        return Err(std::io::Error::new(
+            ErrorKind::FileTooLarge,
+            format!("it has more than {limit} bytes; make it smaller, or raise the limit"),
+        ));
+    }
+    Ok(bytes)
+}
+
+/// The temporary files that are being written.
+static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
+
+fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
+    // A list of paths is whole whoever panicked.
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Stands for a temporary file in [`UNFINISHED`].
+struct Registered(PathBuf);
+
+impl Drop for Registered {
+    fn drop(&mut self) {
+        unfinished().retain(|path| *path != self.0);
+    }
+}
+
+/// Removes the temporary files of this process and then calls `end`, which ends
+/// it: for a program that is told to stop. Files that are complete stay.
+pub fn abandon(end: impl FnOnce()) {
+    // Held to the end: nothing is renamed or begun after this.
+    let paths = unfinished();
+    for path in paths.iter() {
+        // There is nobody left to tell.
+        let _ = std::fs::remove_file(path);
+    }
+    end();
+}
 
 /// Writes `path` by way of a temporary file beside it, renamed when `write`
-/// has succeeded. Folders that are missing are made.
+/// has succeeded. Folders that are missing are made. Anything but a regular
+/// file that is there already is an error: it would be replaced.
 ///
 /// # Errors
 /// [`Error::Write`], or what `write` returns.
@@ -22,6 +92,11 @@ pub fn write_whole(
             "it is a folder; name a file in it",
         )));
     }
+    if path.exists() && !path.is_file() {
+        return Err(failed(std::io::Error::other(
+            "it is a pipe or a device; name a regular file",
+        )));
+    }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
         _ => Path::new("."),
@@ -35,11 +110,21 @@ pub fn write_whole(
         // As an ordinary new file; the umask is applied to it.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    let file = builder.tempfile_in(folder).map_err(failed)?;
+    // Dropped after the file, which is removed if it was not renamed.
+    let _registered;
+    let file = {
+        // Not begun while the program ends.
+        let mut paths = unfinished();
+        let file = builder.tempfile_in(folder).map_err(failed)?;
+        paths.push(file.path().to_path_buf());
+        _registered = Registered(file.path().to_path_buf());
+        file
+    };
     let mut writer = BufWriter::new(file.as_file());
     write(&mut writer)?;
     writer.flush().map_err(failed)?;
     drop(writer);
+    let _paths = unfinished();
     file.persist(path).map_err(|error| failed(error.error))?;
     Ok(())
 }

@@ -6,6 +6,7 @@
 //!
 //! ```text
 //! scene      a TOML file → what is to be drawn, checked
+//! limits     what a scene may take: memory, files
 //! mesh       OBJ → triangles with tangent frames and curvature
 //! shell      a mesh's curved prisms → plain data for the accurate tier
 //! shape_map  image → signed distance to the pattern
@@ -32,6 +33,7 @@ pub mod error;
 pub mod explain;
 pub mod file;
 pub mod gallery;
+pub mod limits;
 pub mod mesh;
 pub mod oracle;
 pub mod overlay;
@@ -45,3 +47,4 @@ pub mod tradeoff;
 pub mod verify;
 
 pub use error::Error;
+pub use limits::Limits;

@@ -35,7 +35,7 @@ pub fn run(arguments: &AccuracyArguments) -> anyhow::Result<()> {
 
 /// Renders and judges a scene, and draws its errors if an output was asked for.
 fn judge(number: usize, path: &Path, arguments: &AccuracyArguments) -> anyhow::Result<SceneReport> {
-    let loaded = load(path, arguments.size)?;
+    let loaded = load(path, arguments.size, &arguments.limits.limits())?;
     let scene = &loaded.prepared;
     let (oracle, objects) = match arguments.against {
         Against::Analytic => analytic(&loaded).with_context(|| path.display().to_string())?,

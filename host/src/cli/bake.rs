@@ -19,7 +19,7 @@ pub fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
     let options = PatternOptions {
         threshold: arguments.threshold,
         invert: arguments.invert,
-        ..PatternOptions::default()
+        max_pixels: arguments.pixels.max_pixels,
     };
     let pattern = Pattern::load(&arguments.pattern, &options).map_err(Error::from)?;
     let start = Instant::now();

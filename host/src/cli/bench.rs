@@ -28,7 +28,7 @@ fn scene(
     arguments: &BenchSceneArguments,
     found: Option<&Adapter>,
 ) -> anyhow::Result<()> {
-    let loaded = load(path, arguments.size)?;
+    let loaded = load(path, arguments.size, &arguments.limits.limits())?;
     let scene = &loaded.prepared;
     say(format_args!(
         "{}: {} × {} pixels, {} triangles; prepared in {:.1} ms",
@@ -123,7 +123,7 @@ fn exactness_of(
     found: &Adapter,
     tier: Tier,
 ) -> anyhow::Result<()> {
-    let loaded = load_with(path, arguments.size, |scene| {
+    let loaded = load_with(path, arguments.size, &arguments.limits.limits(), |scene| {
         for object in &mut scene.objects {
             object.tier = tier;
         }
@@ -141,7 +141,7 @@ pub fn specialization(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
     let found = choose(arguments.adapter.as_deref()).map_err(Error::from)?;
     say(format_args!("{}", found.describe()))?;
     for path in &arguments.scenes {
-        let loaded = load(path, arguments.size)?;
+        let loaded = load(path, arguments.size, &arguments.limits.limits())?;
         let scene = &loaded.prepared;
         let renderer = |extent| {
             GpuRenderer::with_extent(scene, &found, Choice::Trusted, extent).map_err(Error::from)

@@ -7,7 +7,7 @@ use relievo::explain::explain;
 
 pub fn run(arguments: &ExplainArguments) -> anyhow::Result<()> {
     for path in &arguments.scenes {
-        let loaded = load_view(path, arguments.size, |scene| {
+        let loaded = load_view(path, arguments.size, &arguments.limits.limits(), |scene| {
             scene.set_budget(arguments.budget);
         })?;
         let explanation = explain(&loaded.prepared).map_err(Error::from)?;

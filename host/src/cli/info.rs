@@ -8,7 +8,7 @@ use std::mem::size_of_val;
 
 pub fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
     if let Some(path) = &arguments.scene {
-        let loaded = load(path, None)?;
+        let loaded = load(path, None, &arguments.limits.limits())?;
         show(&loaded)?;
     }
     let all = adapters();

@@ -8,6 +8,8 @@ mod budget;
 mod explain;
 mod gallery;
 mod info;
+mod interrupt;
+mod limits;
 mod progress;
 mod render;
 mod session;
@@ -17,6 +19,7 @@ mod verify;
 use anyhow::Context;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use limits::{LimitArguments, PixelArguments};
 use relievo::tradeoff::Shard;
 use std::fmt;
 use std::io::{self, Write};
@@ -29,7 +32,7 @@ use tracing::Level;
 #[command(
     name = "relievo",
     version,
-    after_help = "Exit codes: 0 done, 1 the input is at fault, 2 wrong usage, 3 the machine (no adapter, out of memory)."
+    after_help = "Exit codes: 0 done, 1 the input is at fault, 2 wrong usage, 3 the machine (no adapter, out of memory, disk full)."
 )]
 pub struct Arguments {
     #[command(subcommand)]
@@ -111,6 +114,8 @@ struct RenderArguments {
     /// cheapest way to be no worse is looked for
     #[arg(long, value_name = "PX", value_parser = parse_budget)]
     budget: Option<f64>,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 /// How a baked texel is stored.
@@ -149,12 +154,16 @@ struct BakeArguments {
     /// Extrude the light pixels
     #[arg(long)]
     invert: bool,
+    #[command(flatten)]
+    pixels: PixelArguments,
 }
 
 #[derive(Args)]
 struct InfoArguments {
     /// The scene; without it only the adapters are shown
     scene: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Args)]
@@ -168,6 +177,8 @@ struct ExplainArguments {
     /// Size of the picture, in place of the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Args)]
@@ -195,6 +206,8 @@ struct VerifyArguments {
     /// Which shaders to compare; differences of the exact ones are an error (exit code 1)
     #[arg(long, value_enum, default_value_t = ShaderChoice::All)]
     shaders: ShaderChoice,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 /// What knows the truth.
@@ -224,6 +237,8 @@ struct AccuracyArguments {
     /// What renders
     #[arg(long, value_enum, default_value_t = Backend::Auto)]
     backend: Backend,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Subcommand)]
@@ -254,6 +269,8 @@ struct BenchSceneArguments {
     /// Frames timed with each renderer, after one to warm up
     #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..100_000))]
     frames: u32,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 /// What the table is measured on.
@@ -367,6 +384,8 @@ struct TradeoffArguments {
     /// and measure anew
     #[arg(long)]
     restart: bool,
+    #[command(flatten)]
+    limits: LimitArguments,
 }
 
 #[derive(Args)]
@@ -398,6 +417,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         .without_time()
         .with_target(false)
         .init();
+    interrupt::watch();
     let result = match arguments.command {
         Command::Render(arguments) => {
             if arguments.backend == Backend::Cpu && arguments.adapter.is_some() {

@@ -3,22 +3,29 @@
 use super::session::{Loaded, choose_renderer, load_view, say_plans};
 use super::{RenderArguments, say};
 use relievo::Error;
-use relievo::aov::save_exr;
+use relievo::aov::{PIXEL_BYTES, save_exr};
+use relievo::limits::Account;
 use relievo::picture::Picture;
 use relievo::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
-    let Loaded { scene, prepared } = load_view(&arguments.scene, arguments.size, |scene| {
-        scene.set_budget(arguments.budget);
-    })?;
+    let limits = arguments.limits.limits();
+    let Loaded { scene, prepared } =
+        load_view(&arguments.scene, arguments.size, &limits, |scene| {
+            scene.set_budget(arguments.budget);
+        })?;
     let output = arguments.output.clone().unwrap_or_else(|| {
         let mut name = arguments.scene.file_stem().unwrap_or_default().to_owned();
         name.push(".png");
         PathBuf::from(name)
     });
     check_outputs(&scene, &output, arguments.aov.as_deref())?;
+    if arguments.aov.is_some() {
+        let pixels = scene.size.map(u64::from).iter().product();
+        Account::new(&scene.path, &limits).take("--aov", pixels, PIXEL_BYTES)?;
+    }
     let (mut renderer, line) =
         choose_renderer(arguments.backend, arguments.adapter.as_deref(), &prepared)
             .map_err(Error::from)?;

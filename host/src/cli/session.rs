@@ -2,12 +2,12 @@
 
 use super::progress::Bar;
 use super::{Backend, Measured, say};
-use relievo::Error;
 use relievo::budget::Promise;
 use relievo::prepare::{PreparedScene, Step, prepare, prepare_view};
 use relievo::render::gpu::{Adapter, Choice, adapters, choose};
 use relievo::render::{CpuRenderer, FallbackRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Scene;
+use relievo::{Error, Limits};
 use std::path::Path;
 
 /// A scene and what it loaded.
@@ -19,35 +19,38 @@ pub struct Loaded {
 }
 
 /// Loads the scene at `path` and everything that it names.
-pub fn load(path: &Path, size: Option<[u32; 2]>) -> Result<Loaded, Error> {
-    load_with(path, size, |_| ())
+pub fn load(path: &Path, size: Option<[u32; 2]>, limits: &Limits) -> Result<Loaded, Error> {
+    load_with(path, size, limits, |_| ())
 }
 
 /// As [`load`], with the scene changed first.
 pub fn load_with(
     path: &Path,
     size: Option<[u32; 2]>,
+    limits: &Limits,
     change: impl FnOnce(&mut Scene),
 ) -> Result<Loaded, Error> {
-    load_by(path, size, change, prepare)
+    load_by(path, size, limits, change, prepare)
 }
 
 /// As [`load_with`], without the objects that are not in the picture.
 pub fn load_view(
     path: &Path,
     size: Option<[u32; 2]>,
+    limits: &Limits,
     change: impl FnOnce(&mut Scene),
 ) -> Result<Loaded, Error> {
-    load_by(path, size, change, prepare_view)
+    load_by(path, size, limits, change, prepare_view)
 }
 
 fn load_by(
     path: &Path,
     size: Option<[u32; 2]>,
+    limits: &Limits,
     change: impl FnOnce(&mut Scene),
     prepare: impl FnOnce(&Scene, &(dyn Fn(Step) + Sync)) -> Result<PreparedScene, Error>,
 ) -> Result<Loaded, Error> {
-    let mut scene = Scene::load(path)?;
+    let mut scene = Scene::load_within(path, limits)?;
     change(&mut scene);
     if let Some(size) = size {
         scene.size = size;

@@ -19,7 +19,8 @@ const PNG: &str = "pareto.png";
 const PAGE: &str = "tradeoff.md";
 
 pub fn run(arguments: &TradeoffArguments) -> anyhow::Result<()> {
-    let mut scene = Scene::load(&arguments.scene).map_err(Error::from)?;
+    let mut scene =
+        Scene::load_within(&arguments.scene, &arguments.limits.limits()).map_err(Error::from)?;
     if let Some(size) = arguments.size {
         scene.size = size;
     }

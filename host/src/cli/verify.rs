@@ -31,7 +31,7 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
     let mut tested = tested(arguments)?;
     let mut recorded = Recorded::new();
     for path in &arguments.scenes {
-        let mut loaded = load(path, arguments.size)?;
+        let mut loaded = load(path, arguments.size, &arguments.limits.limits())?;
         record(&loaded.prepared, &mut recorded).map_err(Error::from)?;
         let name = path.display().to_string();
         if arguments.matrix {

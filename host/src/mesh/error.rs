@@ -54,6 +54,17 @@ pub enum MeshError {
         /// What the OBJ reader said.
         source: tobj::LoadError,
     },
+    /// The file is larger than allowed.
+    #[error(
+        "the mesh `{}` is a file larger than the limit of {limit} bytes; simplify it or raise the limit (--max-memory)",
+        path.display()
+    )]
+    TooLarge {
+        /// The mesh file.
+        path: PathBuf,
+        /// The limit: [`super::MeshOptions::byte_limit`].
+        limit: u64,
+    },
     /// The file holds no face.
     #[error(
         "the mesh `{}` has no faces; export it with its polygons (`f` statements), not as points or lines",
@@ -76,7 +87,7 @@ pub enum MeshError {
     },
     /// The file holds more triangles than allowed.
     #[error(
-        "the mesh `{}` has {count} triangles, more than the limit of {limit}; simplify it or raise the limit",
+        "the mesh `{}` has at least {count} triangles, more than the limit of {limit}; simplify it or raise the limit (--max-triangles, --max-memory)",
         path.display()
     )]
     TooManyTriangles {

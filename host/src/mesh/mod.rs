@@ -49,6 +49,8 @@ pub struct MeshOptions {
     pub translation: DVec3,
     /// More triangles are an error; at most 2²⁸ in any case.
     pub triangle_limit: usize,
+    /// A file of more bytes is an error, and is not read (default 4 GiB).
+    pub byte_limit: u64,
 }
 
 impl MeshOptions {
@@ -65,6 +67,7 @@ impl Default for MeshOptions {
             rotation: DQuat::IDENTITY,
             translation: DVec3::ZERO,
             triangle_limit: 1 << 26,
+            byte_limit: 4 << 30,
         }
     }
 }
@@ -187,7 +190,7 @@ impl Mesh {
     ///
     /// Any [`MeshError`].
     pub fn load(path: &Path, options: &MeshOptions) -> Result<Self, MeshError> {
-        let source = SourceMesh::load(path, options.limit())?;
+        let source = SourceMesh::load(path, options.limit(), options.byte_limit)?;
         prepare::prepare(&source, path, options)
     }
 
@@ -202,7 +205,7 @@ impl Mesh {
         options: &MeshOptions,
         is_wanted: &dyn Fn(&Bounds) -> bool,
     ) -> Result<Result<Self, Bounds>, MeshError> {
-        let source = SourceMesh::load(path, options.limit())?;
+        let source = SourceMesh::load(path, options.limit(), options.byte_limit)?;
         let bounds = prepare::bounds(&source, path, options)?;
         if is_wanted(&bounds) {
             prepare::prepare(&source, path, options).map(Ok)

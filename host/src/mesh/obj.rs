@@ -1,13 +1,14 @@
 //! Wavefront OBJ files, read with `tobj`.
 
 use std::collections::HashMap;
-use std::fs;
+use std::io::ErrorKind;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
 use super::error::MeshError;
 use super::scan::scan;
+use crate::file::read_regular;
 
 /// A corner of a triangle: indices into the streams of a [`SourceMesh`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,24 +43,28 @@ impl SourceMesh {
     ///
     /// # Errors
     ///
-    /// [`MeshError::Read`], [`MeshError::IsDirectory`], [`MeshError::NotUtf8`],
-    /// and those of [`SourceMesh::parse`].
-    pub(super) fn load(path: &Path, triangle_limit: usize) -> Result<Self, MeshError> {
+    /// [`MeshError::Read`], [`MeshError::IsDirectory`], [`MeshError::TooLarge`],
+    /// [`MeshError::NotUtf8`], and those of [`SourceMesh::parse`].
+    pub(super) fn load(
+        path: &Path,
+        triangle_limit: usize,
+        byte_limit: u64,
+    ) -> Result<Self, MeshError> {
         if path.is_dir() {
             return Err(MeshError::IsDirectory {
                 path: path.to_owned(),
             });
         }
-        // A pipe or a device might never end.
-        if path.exists() && !path.is_file() {
-            return Err(MeshError::Read {
-                path: path.to_owned(),
-                source: std::io::Error::other("it is not a regular file; name an OBJ file"),
-            });
-        }
-        let bytes = fs::read(path).map_err(|source| MeshError::Read {
-            path: path.to_owned(),
-            source,
+        let bytes = read_regular(path, byte_limit).map_err(|source| {
+            let path = path.to_owned();
+            if source.kind() == ErrorKind::FileTooLarge {
+                MeshError::TooLarge {
+                    path,
+                    limit: byte_limit,
+                }
+            } else {
+                MeshError::Read { path, source }
+            }
         })?;
         let text = std::str::from_utf8(&bytes).map_err(|error| {
             let valid = &bytes[..error.valid_up_to()];
@@ -153,6 +158,7 @@ fn vectors(numbers: &[f64]) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::fs;
 
     const LIMIT: usize = 100;
 
@@ -330,7 +336,7 @@ mod tests {
     #[test]
     fn unreadable_files_are_told_by_name() {
         let folder = tempfile::tempdir().unwrap();
-        let load = |path: &Path| SourceMesh::load(path, LIMIT).expect_err("unreadable");
+        let load = |path: &Path| SourceMesh::load(path, LIMIT, 1000).expect_err("unreadable");
         assert!(matches!(load(folder.path()), MeshError::IsDirectory { .. }));
         let missing = load(&folder.path().join("missing.obj"));
         assert!(
@@ -342,7 +348,12 @@ mod tests {
         assert!(matches!(load(&latin1), MeshError::NotUtf8 { line: 2, .. }));
         let good = folder.path().join("good.obj");
         fs::write(&good, format!("{SQUARE}f 1 2 3\n")).unwrap();
-        assert_eq!(SourceMesh::load(&good, LIMIT).unwrap().triangles.len(), 1);
+        let length = fs::metadata(&good).unwrap().len();
+        let mesh = SourceMesh::load(&good, LIMIT, length).unwrap();
+        assert_eq!(mesh.triangles.len(), 1);
+        let error = SourceMesh::load(&good, LIMIT, length - 1).unwrap_err();
+        assert!(matches!(error, MeshError::TooLarge { .. }), "{error}");
+        assert!(error.to_string().contains("good.obj"), "{error}");
     }
 
     proptest::proptest! {

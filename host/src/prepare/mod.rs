@@ -11,8 +11,9 @@ pub use view::unlit_frame;
 
 use crate::Error;
 use crate::budget::{self, Plan};
-use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell};
-use crate::scene::{Camera, MapOptions, Scene, SceneObject};
+use crate::limits::Account;
+use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell, MeshTriangle};
+use crate::scene::{Camera, MapOptions, Scene, SceneObject, Tier};
 use crate::shape_map::ShapeMap;
 use crate::shell::narrow_shell;
 use glam::{DQuat, DVec3, EulerRot};
@@ -117,10 +118,17 @@ fn assemble(
     progress: &(dyn Fn(Step) + Sync),
 ) -> Result<PreparedScene, Error> {
     let start = Instant::now();
-    let meshes = load_meshes(scene, is_seen, progress)?;
+    let mut account = Account::new(&scene.path, &scene.limits);
+    take_picture(scene, &mut account)?;
+    let meshes = load_meshes(scene, is_seen, &mut account, progress)?;
     let seen = || (0..).zip(&meshes).filter(|(_, mesh)| mesh.mesh.is_some());
     let seen: Vec<usize> = seen().map(|(number, _)| number).collect();
-    let mut shapes = Shapes::load(seen.iter().map(|&number| &scene.objects[number]), progress)?;
+    let mut shapes = Shapes::load(
+        seen.iter().map(|&number| &scene.objects[number]),
+        &scene.limits,
+        &mut account,
+        progress,
+    )?;
 
     let bounds = meshes
         .iter()
@@ -323,8 +331,10 @@ struct Loaded {
 fn load_meshes(
     scene: &Scene,
     is_seen: &dyn Fn(&Bounds) -> bool,
+    account: &mut Account<'_>,
     progress: &(dyn Fn(Step) + Sync),
 ) -> Result<Vec<Loaded>, Error> {
+    let mut triangles_left = scene.limits.triangles;
     let mut loaded: Vec<(PathBuf, MeshOptions, Loaded)> = Vec::new();
     let mut meshes = Vec::with_capacity(scene.objects.len());
     for object in &scene.objects {
@@ -342,20 +352,70 @@ fn load_meshes(
             Some((_, _, mesh)) => mesh.clone(),
             None => {
                 progress(Step::Mesh(object.mesh.clone()));
-                let mesh = match Mesh::load_if(&object.mesh, &options, is_seen)? {
-                    Ok(mesh) => Loaded {
-                        bounds: mesh.bounds,
-                        mesh: Some(Arc::new(mesh)),
-                    },
+                let within = MeshOptions {
+                    triangle_limit: triangles_left.min(account.left(TRIANGLE_MADE) as usize),
+                    byte_limit: account.left(TEXT_BYTE),
+                    ..options.clone()
+                };
+                let mesh = match Mesh::load_if(&object.mesh, &within, is_seen)? {
+                    Ok(mesh) => {
+                        let count = mesh.triangles.len() as u64;
+                        let bytes = size_of::<MeshTriangle>() as u64;
+                        account.take(object.mesh.display(), count, bytes)?;
+                        Loaded {
+                            bounds: mesh.bounds,
+                            mesh: Some(Arc::new(mesh)),
+                        }
+                    }
                     Err(bounds) => Loaded { mesh: None, bounds },
                 };
                 loaded.push((object.mesh.clone(), options, mesh.clone()));
                 mesh
             }
         };
+        if let Some(mesh) = &mesh.mesh {
+            let count = mesh.triangles.len();
+            triangles_left = triangles_left.checked_sub(count).ok_or_else(|| Error::Object {
+                scene: scene.path.clone(),
+                name: object.name.clone(),
+                problem: format!(
+                    "its {count} triangles are beyond the limit of {} for all objects together; simplify the mesh, or raise the limit (--max-triangles)",
+                    scene.limits.triangles
+                ),
+            })?;
+            account.take(
+                format_args!("object {:?}", object.name),
+                count as u64,
+                drawn_bytes(object),
+            )?;
+        }
         meshes.push(mesh);
     }
     Ok(meshes)
+}
+
+/// Bytes that a byte of a mesh file is estimated to take while it is read: as
+/// text, as the statements that are kept, and as numbers.
+const TEXT_BYTE: u64 = 4;
+
+/// Bytes that a triangle is estimated to take while it is prepared.
+const TRIANGLE_MADE: u64 = 2 * size_of::<MeshTriangle>() as u64;
+
+/// Bytes that a triangle of `object` takes for a renderer.
+fn drawn_bytes(object: &SceneObject) -> u64 {
+    let plain = size_of::<Triangle>();
+    // A plan may choose the accurate tier.
+    let has_prisms = object.tier == Tier::Accurate || object.budget.is_some();
+    let prisms = size_of::<Shell>() + size_of::<MeshShell>();
+    (plain + if has_prisms { prisms } else { 0 }) as u64
+}
+
+/// Takes the memory of the picture: its samples as words, and its bytes.
+fn take_picture(scene: &Scene, account: &mut Account<'_>) -> Result<(), Error> {
+    let [width, height] = scene.size.map(u64::from);
+    let samples = u64::from(scene.supersampling).pow(2);
+    let what = format!("the picture of {width} × {height} pixels, {samples} sample(s) each,");
+    account.take(what, width * height, 16 * samples + 3)
 }
 
 /// What a scene's `rotate` does: degrees about x, y and z in turn.

@@ -3,11 +3,20 @@
 
 use super::Step;
 use crate::Error;
+use crate::limits::{Account, Limits};
 use crate::scene::{MapOptions, SceneObject};
 use crate::shape_map::{DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+
+/// Bytes that a texel of a baked map is estimated to take: in the file and packed.
+const TEXEL: u64 = 8;
+/// Bytes that a pixel of a plain pattern takes while it is read and its distance
+/// is found.
+const PIXEL_READ: u64 = 24;
+/// Bytes that it takes after that: the distance and its stored form.
+const PIXEL: u64 = 8;
 
 /// What identifies a pattern among the objects of a scene.
 type Key = (PathBuf, u8, bool);
@@ -34,6 +43,8 @@ impl Shapes {
     /// Reads the pattern of each of `objects`.
     pub(super) fn load<'a>(
         objects: impl Iterator<Item = &'a SceneObject>,
+        limits: &Limits,
+        account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Shapes, Error> {
         let mut shapes = BTreeMap::new();
@@ -41,7 +52,7 @@ impl Shapes {
         for object in objects {
             let key = key(object);
             if let std::collections::btree_map::Entry::Vacant(place) = shapes.entry(key) {
-                place.insert(Shape::load(object, progress)?);
+                place.insert(Shape::load(object, limits, account, progress)?);
             }
         }
         Ok(Shapes {
@@ -96,18 +107,33 @@ impl Shapes {
 }
 
 impl Shape {
-    fn load(object: &SceneObject, progress: &(dyn Fn(Step) + Sync)) -> Result<Shape, Error> {
+    fn load(
+        object: &SceneObject,
+        limits: &Limits,
+        account: &mut Account<'_>,
+        progress: &(dyn Fn(Step) + Sync),
+    ) -> Result<Shape, Error> {
         let path = &object.shape;
+        let name = path.display();
         progress(Step::ShapeMap(path.clone(), 0.0));
         if ShapeMap::is_shape_map(path)? {
-            return Ok(Shape::Baked(Arc::new(ShapeMap::load(path)?)));
+            let max_pixels = limits.pixels.min(account.left(TEXEL));
+            let map = ShapeMap::load_within(path, max_pixels)?;
+            account.take(
+                name,
+                u64::from(map.width()) * u64::from(map.height()),
+                TEXEL,
+            )?;
+            return Ok(Shape::Baked(Arc::new(map)));
         }
         let options = PatternOptions {
             threshold: object.threshold,
             invert: object.invert,
-            ..PatternOptions::default()
+            max_pixels: limits.pixels.min(account.left(PIXEL_READ)),
         };
         let pattern = Pattern::load(path, &options)?;
+        let pixels = u64::from(pattern.width()) * u64::from(pattern.height());
+        account.take(name, pixels, PIXEL)?;
         Ok(Shape::Plain(signed_distance_field(&pattern, &|fraction| {
             progress(Step::ShapeMap(path.clone(), fraction))
         })))

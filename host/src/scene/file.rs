@@ -1,9 +1,11 @@
 //! The scene file: its keys, its defaults and its checks.
 
+use super::reach::Reach;
 use super::{
     Camera, Color, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_STEPS, LEAST_BUDGET,
     Light, MapOptions, Material, Scene, SceneError, SceneObject, Search, Tier,
 };
+use crate::Limits;
 use crate::mesh::Projection;
 use crate::shape_map::Storage;
 use serde::Deserialize;
@@ -114,7 +116,10 @@ const TOLERANCE: f64 = 0.02;
 /// A scene file of more bytes is no scene.
 const LARGEST_FILE: u64 = 16 << 20;
 
-pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
+/// No system opens longer paths.
+const LONGEST_PATH: usize = 4096;
+
+pub(super) fn load(path: &Path, limits: &Limits) -> Result<Scene, SceneError> {
     let read = |source| SceneError::Read {
         path: path.to_path_buf(),
         source,
@@ -125,7 +130,7 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         problem,
     };
     if !metadata.is_file() {
-        let problem = "it is a folder or a device; name a TOML file".to_string();
+        let problem = "it is a folder, a pipe or a device; name a TOML file".to_string();
         return Err(no_scene(problem));
     }
     if metadata.len() > LARGEST_FILE {
@@ -140,15 +145,24 @@ pub(super) fn load(path: &Path) -> Result<Scene, SceneError> {
         let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
         no_scene(format!("line {line} is not UTF-8 text; save it as UTF-8"))
     })?;
-    parse(text, path)
+    parse(text, path, limits)
 }
 
-pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
+pub(super) fn parse(text: &str, path: &Path, limits: &Limits) -> Result<Scene, SceneError> {
     let file: SceneFile = toml::from_str(text).map_err(|error| SceneError::Syntax {
         path: path.to_path_buf(),
         message: error.to_string().trim_end().to_string(),
     })?;
-    let check = Checker { text, path };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let reach = if limits.outside {
+        Reach::Anywhere
+    } else {
+        Reach::of(folder).map_err(|source| SceneError::Read {
+            path: path.to_path_buf(),
+            source,
+        })?
+    };
+    let check = Checker { text, path, reach };
 
     let size = match &file.image.size {
         None => [800, 600],
@@ -199,7 +213,16 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
                 .to_string(),
         });
     }
-    let folder = path.parent().unwrap_or(Path::new(""));
+    if let Some(table) = file.object.get(limits.objects) {
+        return Err(check.wrong(
+            &table.mesh,
+            &format!("object {}", limits.objects + 1),
+            format!(
+                "is beyond the limit of {} objects; leave some out, or raise the limit (--max-objects)",
+                limits.objects
+            ),
+        ));
+    }
     let objects = file
         .object
         .iter()
@@ -217,6 +240,7 @@ pub(super) fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
         field_of_view,
         light,
         objects,
+        limits: limits.clone(),
     })
 }
 
@@ -274,6 +298,14 @@ fn object(
     for (name, value) in [("mesh", &table.mesh), ("shape", &table.shape)] {
         if value.get_ref().as_os_str().is_empty() {
             return Err(check.wrong(value, &key(name), "is empty; name a file".to_string()));
+        }
+        if value.get_ref().as_os_str().len() > LONGEST_PATH {
+            let problem = format!("is longer than {LONGEST_PATH} bytes; name a file");
+            return Err(check.wrong(value, &key(name), problem));
+        }
+        let path = folder.join(value.get_ref());
+        if let Err(problem) = check.reach.check(&path) {
+            return Err(check.wrong(value, &key(name), problem));
         }
     }
     let repeat = match &table.repeat {
@@ -552,6 +584,7 @@ fn extrusion(
 struct Checker<'a> {
     text: &'a str,
     path: &'a Path,
+    reach: Reach,
 }
 
 impl Checker<'_> {
@@ -660,7 +693,8 @@ mod tests {
     const SHORT: &str = "[[object]]\nmesh = \"torus.obj\"\nshape = \"letters.png\"\n";
 
     fn parse_scene(text: &str) -> Result<Scene, String> {
-        parse(text, Path::new("some/scene.toml")).map_err(|error| error.to_string())
+        parse(text, Path::new("some/scene.toml"), &Limits::trusting())
+            .map_err(|error| error.to_string())
     }
 
     #[test]

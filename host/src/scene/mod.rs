@@ -1,13 +1,16 @@
 //! The scene: what is to be drawn, as the user wrote it, checked.
 //!
 //! A scene is a TOML file ([`Scene::load`]); every key but an object's `mesh`
-//! and `shape` has a default. Paths are relative to the scene file.
+//! and `shape` has a default. Paths are relative to the scene file. They name what
+//! is read; no key names a file that is written.
 
 mod color;
 mod file;
+mod reach;
 
 pub use color::Color;
 
+use crate::Limits;
 use crate::mesh::Projection;
 use crate::shape_map::Storage;
 use std::path::{Path, PathBuf};
@@ -87,6 +90,8 @@ pub struct Scene {
     pub light: Light,
     /// What is drawn, in the order of the file.
     pub objects: Vec<SceneObject>,
+    /// What may be loaded for it.
+    pub limits: Limits,
 }
 
 /// Where the eye is.
@@ -301,12 +306,22 @@ impl SceneObject {
 }
 
 impl Scene {
-    /// Reads and checks a scene file.
+    /// Reads and checks a scene file that may read any other file. One that
+    /// is not trusted is given [`Limits::default`] by [`Scene::load_within`].
     ///
     /// # Errors
     /// [`SceneError`] with the file, the line and what to do.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
-        file::load(path)
+        file::load(path, &Limits::trusting())
+    }
+
+    /// Reads and checks a scene file within `limits`, which are kept when the
+    /// scene is prepared as well.
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_within(path: &Path, limits: &Limits) -> Result<Scene, SceneError> {
+        file::load(path, limits)
     }
 
     /// Gives every object that a search of ours is run on this budget, pixels,
@@ -330,6 +345,6 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
-        file::parse(text, path)
+        file::parse(text, path, &Limits::trusting())
     }
 }

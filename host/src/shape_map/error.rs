@@ -41,7 +41,7 @@ pub enum ShapeMapError {
     #[error(
         "`{}` has {width} × {height} pixels, more than the limit of {max_pixels} in all: scale the image down{}",
         path.display(),
-        if *max_pixels < super::MAX_PIXELS { " or raise the limit" } else { "" }
+        if *max_pixels < super::MAX_PIXELS { " or raise the limit (--max-pixels, --max-memory)" } else { "" }
     )]
     TooLarge {
         /// The file.
@@ -52,6 +52,20 @@ pub enum ShapeMapError {
         height: u32,
         /// The largest number of pixels allowed.
         max_pixels: u64,
+    },
+
+    /// The file has more bytes than an image of the allowed size.
+    #[error(
+        "`{}` has {length} bytes, and the limit is {limit}: scale the image down or raise the limit (--max-pixels, --max-memory)",
+        path.display()
+    )]
+    FileTooLarge {
+        /// The file.
+        path: PathBuf,
+        /// Its length in bytes.
+        length: u64,
+        /// The largest number of bytes allowed.
+        limit: u64,
     },
 
     /// The image has no pixels.

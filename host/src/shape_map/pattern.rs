@@ -3,9 +3,9 @@
 //! Source: algorithm.md, sections 1 and 3.
 
 use super::ShapeMapError;
-use super::input::{DEFAULT_MAX_PIXELS, MAX_PIXELS, check_size, open};
+use super::input::{DEFAULT_MAX_PIXELS, Input, MAX_PIXELS, check_size, decoded_bytes, open_within};
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
-use std::io::Seek;
+use std::io::Cursor;
 use std::path::Path;
 
 /// How an image becomes binary.
@@ -52,7 +52,28 @@ impl Pattern {
     /// A file that cannot be read, is no image, or has no pixels or too many.
     pub fn load(path: impl AsRef<Path>, options: &PatternOptions) -> Result<Self, ShapeMapError> {
         let path = path.as_ref();
-        let image = decode_image(path, options.max_pixels)?;
+        Self::read(open_within(path, options.max_pixels)?, path, options)
+    }
+
+    /// As [`Pattern::load`], of the bytes of a file; `path` is named in errors,
+    /// and its extension counts as there.
+    ///
+    /// # Errors
+    /// As for [`Pattern::load`].
+    pub fn from_bytes(
+        bytes: &[u8],
+        path: &Path,
+        options: &PatternOptions,
+    ) -> Result<Self, ShapeMapError> {
+        Self::read(Cursor::new(bytes), path, options)
+    }
+
+    fn read(
+        input: impl Input,
+        path: &Path,
+        options: &PatternOptions,
+    ) -> Result<Self, ShapeMapError> {
+        let image = decode_image(input, path, options.max_pixels)?;
         let (width, height) = (image.width(), image.height());
         let solid = image
             .into_luma_alpha8()
@@ -117,7 +138,11 @@ impl Pattern {
 }
 
 /// Decodes an image whose size has been checked before any pixel is read.
-fn decode_image(path: &Path, max_pixels: u64) -> Result<DynamicImage, ShapeMapError> {
+fn decode_image(
+    mut input: impl Input,
+    path: &Path,
+    max_pixels: u64,
+) -> Result<DynamicImage, ShapeMapError> {
     let read_error = |source| ShapeMapError::Read {
         path: path.to_path_buf(),
         source,
@@ -126,26 +151,36 @@ fn decode_image(path: &Path, max_pixels: u64) -> Result<DynamicImage, ShapeMapEr
         path: path.to_path_buf(),
         source: Box::new(source),
     };
-    let mut file = open(path)?;
-    // The decoder for PNG reads on to the pixels before it tells the size.
-    if let Ok(header) = png::Decoder::new(&mut file).read_header_info() {
-        check_size(path, header.width, header.height, max_pixels)?;
+    // The decoder for PNG reads on to the pixels before it tells the size, and
+    // takes its limits before that.
+    let header = png::Decoder::new(&mut input)
+        .read_header_info()
+        .map_or([0; 2], |header| [header.width, header.height]);
+    if header != [0; 2] {
+        check_size(path, header[0], header[1], max_pixels)?;
     }
-    file.rewind().map_err(read_error)?;
+    input.rewind().map_err(read_error)?;
 
-    let mut reader = ImageReader::new(file);
+    let mut reader = ImageReader::new(input);
     if let Ok(format) = image::ImageFormat::from_path(path) {
         reader.set_format(format);
     }
     let mut reader = reader.with_guessed_format().map_err(read_error)?;
-    // Four channels of 32 bits are the largest pixel; the rest is for buffers.
-    let mut limits = Limits::no_limits();
-    limits.max_alloc = Some(16 * max_pixels.min(MAX_PIXELS) + (64 << 20));
-    reader.limits(limits);
-    let decoder = reader.into_decoder().map_err(decode_error)?;
+    reader.limits(memory(header));
+    let mut decoder = reader.into_decoder().map_err(decode_error)?;
     let (width, height) = decoder.dimensions();
     check_size(path, width, height, max_pixels)?;
+    decoder
+        .set_limits(memory([width, height]))
+        .map_err(decode_error)?;
     DynamicImage::from_decoder(decoder).map_err(decode_error)
+}
+
+/// What a decoder may set aside for an image of a size that has been checked.
+fn memory([width, height]: [u32; 2]) -> Limits {
+    let mut limits = Limits::no_limits();
+    limits.max_alloc = Some(decoded_bytes(u64::from(width) * u64::from(height)));
+    limits
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use super::grid::{Grid, Shard};
 use super::measure::Measurement;
 use super::variant::Rendering;
 use crate::Error;
+use crate::file::read_regular;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::fs::{File, OpenOptions, TryLockError};
@@ -14,6 +15,9 @@ use std::path::{Path, PathBuf};
 
 /// The form of the files.
 pub const FORMAT: u32 = 1;
+
+/// A file of more bytes holds no measurements.
+const LARGEST_FILE: u64 = 1 << 30;
 
 /// What a file of measurements holds: its first line.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -164,6 +168,10 @@ impl Store {
             source,
         };
         std::fs::create_dir_all(folder).map_err(failed)?;
+        if path.exists() && !path.is_file() {
+            let problem = "it is a folder, a pipe or a device; name another folder";
+            return Err(failed(std::io::Error::other(problem)));
+        }
         // Before anything is read: another run may be writing.
         let mut file = OpenOptions::new()
             .read(true)
@@ -341,7 +349,7 @@ pub fn read_all(folder: &Path) -> Result<(Vec<Header>, Vec<Record>), Error> {
     let mut headers: Vec<Header> = Vec::new();
     let mut records = Vec::new();
     for (path, shard) in files(folder)? {
-        let bytes = std::fs::read(&path).map_err(|error| unreadable(&path, &error))?;
+        let bytes = read_regular(&path, LARGEST_FILE).map_err(|error| unreadable(&path, &error))?;
         let Some(contents) = parse(&path, &bytes)? else {
             // As if it were not there.
             continue;

@@ -2,6 +2,7 @@
 
 use super::variant::SelfShadow;
 use crate::Error;
+use crate::file::read_regular;
 use crate::scene::{Scene, Search};
 use crate::shape_map::ShapeMap;
 use sha2::{Digest, Sha256};
@@ -100,10 +101,11 @@ fn digest(scene: &Scene) -> Result<String, Error> {
             continue;
         }
         known.push(path);
-        let bytes = std::fs::read(path).map_err(|source| Error::Measurements {
-            path: path.to_path_buf(),
-            problem: format!("cannot be read: {source}; check the path and its permissions"),
-        })?;
+        let bytes =
+            read_regular(path, scene.limits.memory).map_err(|source| Error::Measurements {
+                path: path.to_path_buf(),
+                problem: format!("cannot be read: {source}; check the path and its permissions"),
+            })?;
         add(&bytes);
     }
     let bytes = state.finalize();

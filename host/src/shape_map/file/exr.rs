@@ -1,6 +1,6 @@
 //! Shape maps in OpenEXR files: one channel of 32-bit floats.
 
-use super::super::input::{check_size, open};
+use super::super::input::{Input, check_size};
 use super::super::{ShapeMap, ShapeMapError, Storage};
 use super::{KEYWORD, description, parse};
 use crate::Error;
@@ -48,8 +48,12 @@ pub(super) fn write(map: &ShapeMap, path: &Path, output: impl Write + Seek) -> R
         })
 }
 
-/// Reads a map of at most `max_pixels` texels.
-pub(super) fn read(path: &Path, max_pixels: u64) -> Result<ShapeMap, ShapeMapError> {
+/// Reads a map of at most `max_pixels` texels; `path` is named in errors only.
+pub(super) fn read(
+    input: impl Input,
+    path: &Path,
+    max_pixels: u64,
+) -> Result<ShapeMap, ShapeMapError> {
     let decode_error = |source: exr::error::Error| ShapeMapError::DecodeShapeMap {
         path: path.to_path_buf(),
         source: source.into(),
@@ -59,7 +63,7 @@ pub(super) fn read(path: &Path, max_pixels: u64) -> Result<ShapeMap, ShapeMapErr
         reason,
     };
     // Reads the headers only.
-    let reader = Reader::read_from_buffered(open(path)?, false).map_err(decode_error)?;
+    let reader = Reader::read_from_buffered(input, false).map_err(decode_error)?;
     let [header] = reader.headers() else {
         return Err(invalid(format!("{} layers", reader.headers().len())));
     };
@@ -110,9 +114,9 @@ pub(super) fn read(path: &Path, max_pixels: u64) -> Result<ShapeMap, ShapeMapErr
 }
 
 /// Whether there is a description; a file that is no OpenEXR file has none.
-pub(super) fn is_described(path: &Path) -> Result<bool, ShapeMapError> {
-    let reader = Reader::read_from_buffered(open(path)?, false);
-    Ok(reader.is_ok_and(|reader| matches!(reader.headers(), [header] if text(header).is_some())))
+pub(super) fn is_described(input: impl Input) -> bool {
+    let reader = Reader::read_from_buffered(input, false);
+    reader.is_ok_and(|reader| matches!(reader.headers(), [header] if text(header).is_some()))
 }
 
 /// Checks that the pixels are what [`write`] makes, apart from their compression.

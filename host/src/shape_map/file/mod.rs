@@ -9,13 +9,13 @@ mod exr;
 mod png;
 
 use super::coding::Coding;
-use super::input::{DEFAULT_MAX_PIXELS, open};
+use super::input::{DEFAULT_MAX_PIXELS, Input, open, open_within};
 use super::{ShapeMap, ShapeMapError, Storage};
 use crate::Error;
 use crate::file::write_whole;
 use ::exr::meta::magic_number;
 use serde::{Deserialize, Serialize};
-use std::io::Read;
+use std::io::{Cursor, Read};
 use std::path::Path;
 
 /// Name of the description in the file.
@@ -94,10 +94,23 @@ impl ShapeMap {
     /// fit the pixels ([`ShapeMapError::InvalidShapeMap`]).
     pub fn load_within(path: impl AsRef<Path>, max_pixels: u64) -> Result<Self, ShapeMapError> {
         let path = path.as_ref();
-        if is_exr(path)? {
-            exr::read(path, max_pixels)
+        Self::read(open_within(path, max_pixels)?, path, max_pixels)
+    }
+
+    /// As [`ShapeMap::load_within`], of the bytes of a file; `path` is named in
+    /// errors only.
+    ///
+    /// # Errors
+    /// As for [`ShapeMap::load_within`].
+    pub fn from_bytes(bytes: &[u8], path: &Path, max_pixels: u64) -> Result<Self, ShapeMapError> {
+        Self::read(Cursor::new(bytes), path, max_pixels)
+    }
+
+    fn read(mut input: impl Input, path: &Path, max_pixels: u64) -> Result<Self, ShapeMapError> {
+        if is_exr(&mut input, path)? {
+            exr::read(input, path, max_pixels)
         } else {
-            png::read(path, max_pixels)
+            png::read(input, path, max_pixels)
         }
     }
 
@@ -109,20 +122,23 @@ impl ShapeMap {
     /// A file that cannot be opened or read.
     pub fn is_shape_map(path: impl AsRef<Path>) -> Result<bool, ShapeMapError> {
         let path = path.as_ref();
-        if is_exr(path)? {
-            exr::is_described(path)
+        let mut input = open(path)?;
+        Ok(if is_exr(&mut input, path)? {
+            exr::is_described(input)
         } else {
-            png::is_described(path)
-        }
+            png::is_described(input)
+        })
     }
 }
 
-/// Whether a file starts as OpenEXR files do.
-fn is_exr(path: &Path) -> Result<bool, ShapeMapError> {
+/// Whether a file starts as OpenEXR files do; back at its start after that.
+fn is_exr(input: &mut impl Input, path: &Path) -> Result<bool, ShapeMapError> {
     let mut start = Vec::new();
-    open(path)?
+    input
+        .by_ref()
         .take(magic_number::BYTES.len() as u64)
         .read_to_end(&mut start)
+        .and_then(|_| input.rewind())
         .map_err(|source| ShapeMapError::Read {
             path: path.to_path_buf(),
             source,

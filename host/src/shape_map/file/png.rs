@@ -1,12 +1,11 @@
 //! Shape maps in PNG files: grayscale codes of 8 or 16 bits, or 8-bit RGBA.
 
-use super::super::input::{MAX_PIXELS, check_size, open};
+use super::super::input::{Input, MAX_PIXELS, check_size};
 use super::super::{ShapeMap, ShapeMapError, Storage};
 use super::{KEYWORD, description, parse};
 use crate::Error;
 use png::{BitDepth, ColorType, EncodingError};
-use std::fs::File;
-use std::io::{BufReader, Write};
+use std::io::Write;
 use std::path::Path;
 
 /// The pixels that hold a storage, if a PNG has such.
@@ -61,8 +60,12 @@ fn texel_bytes(map: &ShapeMap) -> Vec<u8> {
     texels
 }
 
-/// Reads a map of at most `max_pixels` texels.
-pub(super) fn read(path: &Path, max_pixels: u64) -> Result<ShapeMap, ShapeMapError> {
+/// Reads a map of at most `max_pixels` texels; `path` is named in errors only.
+pub(super) fn read(
+    input: impl Input,
+    path: &Path,
+    max_pixels: u64,
+) -> Result<ShapeMap, ShapeMapError> {
     let decode_error = |source: png::DecodingError| ShapeMapError::DecodeShapeMap {
         path: path.to_path_buf(),
         source: source.into(),
@@ -71,7 +74,7 @@ pub(super) fn read(path: &Path, max_pixels: u64) -> Result<ShapeMap, ShapeMapErr
         path: path.to_path_buf(),
         reason,
     };
-    let mut decoder = decoder(path)?;
+    let mut decoder = decoder(input);
     let header = decoder.read_header_info().map_err(decode_error)?;
     let (width, height) = (header.width, header.height);
     check_size(path, width, height, max_pixels)?;
@@ -120,16 +123,18 @@ pub(super) fn read(path: &Path, max_pixels: u64) -> Result<ShapeMap, ShapeMapErr
 }
 
 /// Whether there is a description; a file that is no PNG has none.
-pub(super) fn is_described(path: &Path) -> Result<bool, ShapeMapError> {
-    let reader = decoder(path)?.read_info();
-    Ok(reader.is_ok_and(|reader| text(reader.info()).is_some()))
+pub(super) fn is_described(input: impl Input) -> bool {
+    let reader = decoder(input).read_info();
+    reader.is_ok_and(|reader| text(reader.info()).is_some())
 }
 
-fn decoder(path: &Path) -> Result<png::Decoder<BufReader<File>>, ShapeMapError> {
+fn decoder<R: Input>(input: R) -> png::Decoder<R> {
     // The limit is on what the decoder sets aside for chunks and for one row.
     let bytes = 4 * MAX_PIXELS as usize + (64 << 20);
-    let limits = png::Limits { bytes };
-    Ok(png::Decoder::new_with_limits(open(path)?, limits))
+    let mut decoder = png::Decoder::new_with_limits(input, png::Limits { bytes });
+    // A profile is compressed, and may inflate to all of that.
+    decoder.set_ignore_iccp_chunk(true);
+    decoder
 }
 
 fn text<'a>(info: &'a png::Info<'_>) -> Option<&'a str> {
