@@ -21,6 +21,9 @@ use relievo_tests::{asset, every_adapter};
 /// Name, scene, and the least number of pixels in which something is met.
 type Extreme = (String, Scene, usize);
 
+/// Name, size, and which pixels are pattern.
+type Map = (&'static str, [u32; 2], fn(u32, u32) -> bool);
+
 fn extremes(folder: &Folder) -> Vec<Extreme> {
     let mut all = Vec::new();
     let mut add =
@@ -141,7 +144,7 @@ fn extremes(folder: &Folder) -> Vec<Extreme> {
     }
 
     // Maps.
-    let mut maps: Vec<(&str, [u32; 2], fn(u32, u32) -> bool)> = vec![
+    let mut maps: Vec<Map> = vec![
         ("one pixel, pattern", [1, 1], |_, _| true),
         ("one pixel, floor", [1, 1], |_, _| false),
         ("a row of 4096", [4096, 1], |x, _| x % 3 == 0),
