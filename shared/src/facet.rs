@@ -67,18 +67,15 @@ pub fn intersect(eye: Vec3, direction: Vec3, triangle: &Triangle) -> FacetHit {
 /// also count that meet the facet before the near plane, or behind the eye.
 #[inline]
 pub fn may_surround_eye(frame: &Frame, object: &Object, triangle: &Triangle) -> bool {
-    let a = vec3(triangle.corners[0].position);
-    let b = vec3(triangle.corners[1].position);
-    let c = vec3(triangle.corners[2].position);
-    // Relative to a corner, since a mean of far corners loses digits.
-    let third: Real = 1.0 / 3.0;
-    let centre = ((b - a) + (c - a)) * third;
-    let (to_a, to_b, to_c) = (centre, (b - a) - centre, (c - a) - centre);
-    let radius = max(to_a.dot(to_a), max(to_b.dot(to_b), to_c.dot(to_c)));
-    let to_eye = (vec3(frame.eye) - a) - centre;
-    let depth = 2.0 * object.depth;
-    // (x + y + z)² ≤ 3 (x² + y² + z²)
-    to_eye.dot(to_eye) <= 3.0 * (radius + depth * depth + frame.near * frame.near)
+    let eye = vec3(frame.eye);
+    let a = vec3(triangle.corners[0].position) - eye;
+    let b = vec3(triangle.corners[1].position) - eye;
+    let c = vec3(triangle.corners[2].position) - eye;
+    let (ab, ac) = (b - a, c - a);
+    let side = max(ab.dot(ab), ac.dot(ac));
+    // (x + y)² ≤ 2 (x² + y²)
+    let shell = 2.0 * object.depth + frame.near;
+    a.dot(a) <= 2.0 * (side + shell * shell)
 }
 
 #[cfg(test)]

@@ -50,11 +50,13 @@ pub struct Hit {
 /// triangle's shell.
 #[inline]
 pub fn meet(frame: &Frame, object: &Object, triangle: &Triangle, direction: Vec3) -> FacetHit {
-    let mut found = facet::intersect(vec3(frame.eye), direction, triangle);
-    if found.hit && found.t * direction.dot(vec3(frame.forward)) < frame.near {
-        found.hit = may_surround_eye(frame, object, triangle);
+    let found = facet::intersect(vec3(frame.eye), direction, triangle);
+    let is_behind_near_plane = found.t * direction.dot(vec3(frame.forward)) >= frame.near;
+    // Without branches: both are cheap.
+    FacetHit {
+        hit: found.hit & (is_behind_near_plane | may_surround_eye(frame, object, triangle)),
+        ..found
     }
-    found
 }
 
 /// Enters the shell over `triangle` where the ray has met it.

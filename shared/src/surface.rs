@@ -37,7 +37,14 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
     let (wa, wb, wc) = (hit.weights.x, hit.weights.y, hit.weights.z);
     let (na, nb, nc) = (vec3(a.normal), vec3(b.normal), vec3(c.normal));
     let sum_of_normals = na * wa + nb * wb + nc * wc;
-    let normal = normalize_or(sum_of_normals, normalize_or(hit.normal, Vec3::Z));
+    // Normals that cancel say nothing: then it is the facet's.
+    let has_direction = sum_of_normals.dot(sum_of_normals) > 1e-30;
+    let raw_normal = if has_direction {
+        sum_of_normals
+    } else {
+        hit.normal
+    };
+    let normal = normalize_or(raw_normal, Vec3::Z);
 
     let raw_tangent = vec3(a.tangent) * wa + vec3(b.tangent) * wb + vec3(c.tangent) * wc;
     let tangent = normalize_or(
