@@ -111,11 +111,12 @@ impl QuadraticPath {
     /// The ray over a flat surface.
     #[inline]
     fn straight(surface: &Surface, direction: Vec3, facet_t: Real, depth: Real) -> QuadraticPath {
-        let slope = -direction.dot(surface.normal);
+        let v_z = -direction.dot(surface.normal);
+        let slope = abs(v_z);
         let goes_down = slope > FLAT;
         QuadraticPath {
             // Along the cap it enters here, away from it never.
-            enters: slope >= 0.0,
+            enters: v_z >= 0.0,
             entry_t: facet_t,
             entry_from_facet: 0.0,
             entry_uv: surface.uv,
