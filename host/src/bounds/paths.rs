@@ -3,7 +3,7 @@
 use super::Function;
 use super::sample::{
     SIDE, Sample, descending, disc, disc_object, either_sign, error, magnitude, signed, unit,
-    wide_surface,
+    vector_error, wide_surface,
 };
 use crate::oracle::wide::{wide_object, wide_shell};
 use fastrand::Rng;
@@ -85,7 +85,28 @@ pub(super) static LIST: &[Function] = &[
         stride: 4,
         bound: 5e-3,
         others: 1e-3,
-        sample: march,
+        sample: |rng, v_z| search(rng, v_z, Way::March),
+    },
+    Function {
+        name: "relief: where the disc is met",
+        over: "V_z",
+        relative_to: "1 texel of 32",
+        exponents: [-20, 0],
+        stride: 4,
+        bound: 5e-3,
+        others: 2e-3,
+        sample: |rng, v_z| search(rng, v_z, Way::Relief),
+    },
+    Function {
+        name: "paper: where the disc is met",
+        over: "V_z",
+        relative_to: "1 texel of 32",
+        exponents: [-20, 0],
+        stride: 4,
+        bound: 0.5,
+        // Its own forms: along the surface they lose all digits.
+        others: 0.1,
+        sample: |rng, v_z| search(rng, v_z, Way::Paper),
     },
     Function {
         name: "prism: parameters of a point",
@@ -96,6 +117,16 @@ pub(super) static LIST: &[Function] = &[
         bound: 1e-6,
         others: 0.0,
         sample: prism,
+    },
+    Function {
+        name: "prism: motion of a ray",
+        over: "the depth in triangles",
+        relative_to: "the speed, and the acceleration beside it",
+        exponents: [-9, 0],
+        stride: 3,
+        bound: 1e-5,
+        others: 0.0,
+        sample: motion,
     },
     Function {
         name: "walk: where the disc is met",
@@ -257,7 +288,15 @@ impl Ends {
     }
 }
 
-fn march(rng: &mut Rng, v_z: f64) -> Sample {
+/// The ways to search along a path, or what takes the place of both.
+#[derive(Clone, Copy)]
+enum Way {
+    March,
+    Relief,
+    Paper,
+}
+
+fn search(rng: &mut Rng, v_z: f64, way: Way) -> Sample {
     let size = magnitude(rng, 1e-3, 0.1);
     let bend = either_sign(rng, size);
     let mut ray = Ray::new(rng, v_z, bend, 0.0);
@@ -265,33 +304,86 @@ fn march(rng: &mut Rng, v_z: f64) -> Sample {
     let object = disc_object(ray.depth);
     let wide = wide_object(&object);
     let (path, wide_path) = ray.paths();
-    let found = single::march::march(
-        &path,
-        &single::profile::Profile::new(&object),
-        &single::shape_map::ShapeMap::new(&object),
-        &DISC[..],
-        &single::march::Effort {
-            linear_steps: object.linear_steps,
-            binary_steps: object.binary_steps,
-            slack: 0.0,
-        },
-    );
-    let expected = double::march::march(
-        &wide_path,
-        &double::profile::Profile::new(&wide),
-        &double::shape_map::ShapeMap::new(&wide),
-        &DISC[..],
-        &double::march::Effort {
-            linear_steps: object.linear_steps,
-            binary_steps: object.binary_steps,
-            slack: 0.0,
-        },
-    );
+    let (steps, bisections) = (object.linear_steps, object.binary_steps);
+    let profile = single::profile::Profile::new(&object);
+    let wide_profile = double::profile::Profile::new(&wide);
+    let map = single::shape_map::ShapeMap::new(&object);
+    let wide_map = double::shape_map::ShapeMap::new(&wide);
+    let texels = &DISC[..];
+    let (found, expected) = match way {
+        Way::March => {
+            let effort = single::march::Effort {
+                linear_steps: steps,
+                binary_steps: bisections,
+                slack: 0.0,
+            };
+            let wide_effort = double::march::Effort {
+                linear_steps: steps,
+                binary_steps: bisections,
+                slack: 0.0,
+            };
+            (
+                single::march::march(&path, &profile, &map, texels, &effort),
+                double::march::march(&wide_path, &wide_profile, &wide_map, texels, &wide_effort),
+            )
+        }
+        Way::Relief => (
+            single::relief::search(&path, &profile, &map, texels, steps, bisections),
+            double::relief::search(
+                &wide_path,
+                &wide_profile,
+                &wide_map,
+                texels,
+                steps,
+                bisections,
+            ),
+        ),
+        Way::Paper => (
+            single::paper::search(&object, &map, texels, &ray.surface, ray.direction),
+            double::paper::search(
+                &wide,
+                &wide_map,
+                texels,
+                &wide_surface(&ray.surface),
+                ray.direction.as_dvec3(),
+            ),
+        ),
+    };
     Ends {
         ends: [found.end, expected.end],
         apart: (found.uv.as_dvec2() - expected.uv).length() * f64::from(SIDE),
     }
     .judge()
+}
+
+/// How a ray moves on in a prism.
+fn motion(rng: &mut Rng, depth: f64) -> Sample {
+    let shell = single::kernels::shell(unit(rng).as_vec3(), unit(rng).as_vec3());
+    let depth = depth as f32;
+    let first = rng.f32();
+    let x = Vec3::new(first, rng.f32() * (1.0 - first), rng.f32());
+    let direction = unit(rng).as_vec3();
+    let prism = single::prism::Prism::new(&shell, depth);
+    let wide = double::prism::Prism::new(&wide_shell(&shell), f64::from(depth));
+    let jacobian = prism.jacobian(x);
+    let wide_jacobian = wide.jacobian(x.as_dvec3());
+    if jacobian.regular != wide_jacobian.regular {
+        return Sample::Other;
+    }
+    if !jacobian.regular {
+        return Sample::Unfit;
+    }
+    let found = prism.motion(x, &jacobian, direction);
+    let expected = wide.motion(x.as_dvec3(), &wide_jacobian, direction.as_dvec3());
+    let speed = expected.velocity.length();
+    let turn = expected.acceleration.length();
+    // Over a way of its own length.
+    let velocity = vector_error(found.velocity, expected.velocity, speed);
+    Sample::Error(velocity.max(vector_error(
+        found.acceleration,
+        expected.acceleration,
+        turn + speed,
+    )))
 }
 
 fn prism(rng: &mut Rng, depth: f64) -> Sample {

@@ -110,6 +110,16 @@ pub(super) static LIST: &[Function] = &[
         others: 0.0,
         sample: |rng, angle| curved(rng, angle, Part::Linear),
     },
+    Function {
+        name: "surface: uv_bend",
+        over: "the angle between the corners' normals",
+        relative_to: "the gradients, over the triangle's side",
+        exponents: [-20, 0],
+        stride: 4,
+        bound: 1e-6,
+        others: 0.0,
+        sample: |rng, angle| curved(rng, angle, Part::Bend),
+    },
 ];
 
 /// Looks along −z.
@@ -276,6 +286,7 @@ enum Part {
     Normal,
     FacetDepth,
     Linear,
+    Bend,
 }
 
 /// Over a triangle of a sphere.
@@ -321,6 +332,19 @@ fn curved(rng: &mut Rng, angle: f64, part: Part) -> Sample {
     Sample::Error(match part {
         Part::Normal => vector_error(found.normal, expected.normal, 1.0),
         Part::FacetDepth => error(found.facet_depth, expected.facet_depth, 1.0),
+        Part::Bend => {
+            let direction = unit(rng).as_vec3();
+            let found = single::surface::uv_bend(&triangle, found.normal, direction);
+            let wide_normal = single::surface::interpolate(&triangle, &facet)
+                .normal
+                .as_dvec3();
+            let expected = double::surface::uv_bend(
+                &wide_triangle(&triangle),
+                wide_normal,
+                direction.as_dvec3(),
+            );
+            (found.as_dvec2() - expected).length() / size.abs()
+        }
         Part::Linear => {
             let size = size.abs();
             let uv = (found.uv.as_dvec2() - expected.uv).length();
