@@ -8,7 +8,7 @@ use rayon::prelude::*;
 use relievo::mesh::Projection;
 use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::gpu::{Choice, Shaders};
-use relievo::render::{CpuRenderer, GeometryWords, GpuRenderer, Renderer};
+use relievo::render::{CpuRenderer, GeometryWords, GpuRenderer, RenderError, Renderer};
 use relievo::scene::{Scene, Tier};
 use relievo_shared::layout::FORMAT_PAPER;
 use relievo_shared::march::TOLERANCE;
@@ -371,7 +371,15 @@ fn gpu_and_cpu_agree_and_every_number_is_in_its_range() {
         }
         for adapter in &adapters {
             let choice = Choice::These(Shaders::Exact);
-            let mut gpu = GpuRenderer::new(&scene, adapter, choice).unwrap();
+            let mut gpu = match GpuRenderer::new(&scene, adapter, choice) {
+                Ok(gpu) => gpu,
+                // The largest map is more than some devices take, and they say so.
+                Err(RenderError::Limit { needed, limit, .. }) if needed > 1 << 27 => {
+                    assert!(needed > limit);
+                    continue;
+                }
+                Err(error) => panic!("{name}: {error}"),
+            };
             if gpu.geometry(&scene.frame).unwrap() != geometry {
                 return Err(format!("{name}: other geometry on {}", adapter.describe()));
             }
