@@ -23,7 +23,7 @@ use relievo::scene::{Scene, Tier};
 use relievo_shared::layout::{Frame, NO_NEIGHBOUR};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 use relievo_shared_f64 as double;
-use relievo_tests::asset;
+use relievo_tests::{asset, is_long};
 use std::f64::consts::TAU;
 use std::fmt::{self, Write};
 use std::ops::AddAssign;
@@ -592,7 +592,7 @@ const TECHNIQUES: [&str; 4] = [
 
 #[test]
 fn random_views_have_no_holes() {
-    let long = std::env::var("RELIEVO_LONG").is_ok_and(|value| value == "1");
+    let long = is_long();
     let views = if long { 200 } else { 24 };
     let mut random = Random(1);
     let mut seen = Vec::new();

@@ -13,13 +13,9 @@ use relievo::render::gpu::{Choice, Shaders};
 use relievo::render::{CpuRenderer, FallbackRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Scene;
 use relievo_shared::layout::Frame;
-use relievo_tests::{asset, every_adapter};
+use relievo_tests::{asset, every_adapter, is_long};
 use std::thread;
 use std::time::Duration;
-
-fn is_long() -> bool {
-    std::env::var("RELIEVO_LONG").is_ok_and(|value| value == "1")
-}
 
 fn prepared(scene: &str, size: [u32; 2]) -> PreparedScene {
     let mut scene = Scene::load(&asset("scenes").join(scene)).unwrap();

@@ -17,6 +17,16 @@ use std::path::Path;
 /// How scenes are rendered that are not trusted.
 const STRICT: &str = "render scene.toml --backend cpu --size 64x48";
 
+/// Commands that load a scene, given alone.
+const LOADING: [&str; 6] = [
+    "render",
+    "info",
+    "explain",
+    "verify",
+    "bench scene",
+    "accuracy",
+];
+
 const TRIANGLE: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\n";
 
 fn object(mesh: &str, shape: &str) -> String {
@@ -464,14 +474,7 @@ fn a_scene_reads_no_files_elsewhere_unless_it_may() {
         ),
     ] {
         desk.write("inner/scene.toml", object(mesh, shape));
-        for command in [
-            "render",
-            "info",
-            "explain",
-            "verify",
-            "bench scene",
-            "accuracy",
-        ] {
+        for command in LOADING {
             desk.fails_strictly(
                 &format!("{command} inner/scene.toml"),
                 &format!("inner/scene.toml | {key} | {named} | outside of | --allow-outside"),
@@ -583,14 +586,7 @@ fn pipes_are_not_waited_for() {
             .file_type()
             .is_fifo()
     };
-    for command in [
-        "render",
-        "info",
-        "explain",
-        "verify",
-        "bench scene",
-        "accuracy",
-    ] {
+    for command in LOADING {
         desk.fails_strictly(&format!("{command} pipe"), "pipe | name a TOML file");
     }
     desk.fails_strictly("tradeoff pipe -o out", "pipe | name a TOML file");

@@ -49,6 +49,11 @@ pub fn every_adapter() -> Vec<Adapter> {
     all
 }
 
+/// Whether the long form of the tests is asked for: RELIEVO_LONG=1.
+pub fn is_long() -> bool {
+    std::env::var_os("RELIEVO_LONG").is_some_and(|value| value == "1")
+}
+
 /// The program, built with the profile of this test and in its target folder:
 /// cargo names a binary only to tests of its own package.
 pub fn program() -> &'static Path {

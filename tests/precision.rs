@@ -5,7 +5,7 @@
 //! degrees, seen from a few radii away, not from the side. A perturbation of
 //! 1e-3 on the side of f64 must be seen by every comparison.
 
-use relievo::oracle::wide::{wide_frame, wide_object, wide_triangle};
+use relievo::oracle::wide::{wide_frame, wide_object, wide_surface, wide_triangle};
 use relievo_shared as single;
 use relievo_shared_f64 as double;
 use single::path::Path as _;
@@ -38,20 +38,6 @@ const SEARCH: u32 = single::layout::SEARCH_EXTRUSION;
 /// Of the traced rays, so many may meet another part of the pattern, because
 /// they pass an edge of it by less than a rounding error.
 const STRAYS: f64 = 2e-3;
-
-fn wide_surface(surface: &single::surface::Surface) -> double::surface::Surface {
-    double::surface::Surface {
-        normal: surface.normal.as_dvec3(),
-        tangent: surface.tangent.as_dvec3(),
-        bitangent: surface.bitangent.as_dvec3(),
-        quadric: surface.quadric.as_dvec3(),
-        uv: surface.uv.as_dvec2(),
-        gradient_u: surface.gradient_u.as_dvec3(),
-        gradient_v: surface.gradient_v.as_dvec3(),
-        uv_bend: surface.uv_bend.as_dvec2(),
-        facet_depth: f64::from(surface.facet_depth),
-    }
-}
 
 /// Numbers that look random and are the same in every run (splitmix64).
 struct Random(u64);

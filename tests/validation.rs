@@ -16,7 +16,7 @@ use relievo::scene::Scene;
 use relievo::verify::matrix::for_each_variant;
 use relievo_bitwise::DeviceError;
 use relievo_bitwise::wgpu::{self, InstanceFlags};
-use relievo_tests::{asset, every_adapter, root, scenes};
+use relievo_tests::{asset, every_adapter, is_long, root, scenes};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -143,8 +143,7 @@ fn what_the_layer_says() {
     let gallery = std::fs::read_dir(root().join("docs/gallery/scenes")).unwrap();
     let mut gallery: Vec<PathBuf> = gallery.map(|entry| entry.unwrap().path()).collect();
     gallery.sort();
-    let is_long = std::env::var("RELIEVO_LONG").is_ok_and(|value| value == "1");
-    let (step, modules): (usize, &[Shaders]) = match is_long {
+    let (step, modules): (usize, &[Shaders]) = match is_long() {
         true => (1, &Shaders::ALL),
         false => (11, &[Shaders::Exact]),
     };

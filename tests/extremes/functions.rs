@@ -1,6 +1,5 @@
 //! Functions of the shared mathematics on any input of their domains.
 
-use crate::material::is_long;
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 use relievo_shared::contract::LARGEST;
@@ -11,6 +10,8 @@ use relievo_shared::path::{Path, QuadraticPath, test_surface};
 use relievo_shared::profile::Profile;
 use relievo_shared::shape_map::ShapeMap;
 use relievo_shared::{Vec2, Vec3, arithmetic, facet};
+
+use relievo_tests::is_long;
 
 fn config() -> Config {
     Config {

@@ -7,11 +7,6 @@ use relievo_tests::asset;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Whether the long form of the tests is asked for.
-pub fn is_long() -> bool {
-    std::env::var_os("RELIEVO_LONG").is_some_and(|value| value == "1")
-}
-
 /// A folder of files that are made for a test.
 pub struct Folder(tempfile::TempDir);
 

@@ -2,7 +2,7 @@
 //! number, nothing is outside its range, what is met is there, and the exact
 //! shaders give the CPU's words.
 
-use crate::material::{Folder, ball, is_long, look, over, scale};
+use crate::material::{Folder, ball, look, over, scale};
 use glam::DVec3;
 use rayon::prelude::*;
 use relievo::mesh::Projection;
@@ -16,7 +16,7 @@ use relievo_shared::normals::{CLASS_BEVEL, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 use relievo_shared::profile::Profile;
 use relievo_shared::shape_map::ShapeMap;
 use relievo_shared::{Vec2, Vec3};
-use relievo_tests::{asset, every_adapter};
+use relievo_tests::{asset, every_adapter, is_long};
 
 /// Name, scene, and the least number of pixels in which something is met.
 type Extreme = (String, Scene, usize);

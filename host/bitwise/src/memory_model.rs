@@ -5,6 +5,8 @@
 //! cooperative matrices: without, the module is invalid. One that uses nothing
 //! of that model means the same in the older one, which needs no feature.
 
+use std::borrow::Cow;
+
 const OP_EXTENSION: u32 = 10;
 const OP_MEMORY_MODEL: u32 = 14;
 const OP_CAPABILITY: u32 = 17;
@@ -21,14 +23,14 @@ const EXTENSION: &str = "SPV_KHR_vulkan_memory_model";
 /// The words of a module, with the GLSL450 memory model in place of the Vulkan
 /// one where it uses nothing of that. `header` words come before its
 /// instructions.
-pub(crate) fn plain(words: Vec<u32>, header: usize) -> Vec<u32> {
+pub(crate) fn plain(words: &[u32], header: usize) -> Cow<'_, [u32]> {
     let instructions = || Instructions {
         rest: words.get(header..).unwrap_or_default(),
     };
     let declares = instructions()
         .any(|words| matches!(words, [first, _, VULKAN] if first & 0xffff == OP_MEMORY_MODEL));
     if !declares || instructions().any(needs_vulkan) {
-        return words;
+        return Cow::Borrowed(words);
     }
     let mut plain = words[..header].to_vec();
     for instruction in instructions() {
@@ -40,7 +42,7 @@ pub(crate) fn plain(words: Vec<u32>, header: usize) -> Vec<u32> {
             _ => plain.extend(instruction),
         }
     }
-    plain
+    Cow::Owned(plain)
 }
 
 /// Whether an instruction may mean something else in the other model: what has
@@ -124,9 +126,9 @@ mod tests {
             (OP_MEMORY_MODEL, &[0, GLSL450]),
             plain_load,
         ]);
-        assert_eq!(plain(declared(&[plain_load]), 5), expected);
+        assert_eq!(plain(&declared(&[plain_load]), 5), expected);
         // Once more, there is nothing left to do.
-        assert_eq!(plain(expected.clone(), 5), expected);
+        assert_eq!(plain(&expected, 5), expected);
         // A load that others see, a store, a copy, a barrier, an atomic.
         let needs: [(u32, &[u32]); 5] = [
             (OP_LOAD, &[1, 2, 3, 0x20]),
@@ -137,14 +139,14 @@ mod tests {
         ];
         for needed in needs {
             let words = declared(&[plain_load, needed]);
-            assert_eq!(plain(words.clone(), 5), words, "{needed:?}");
+            assert_eq!(plain(&words, 5), words, "{needed:?}");
         }
     }
 
     #[test]
     fn any_words_end() {
         for words in [vec![], vec![0; 3], vec![7; 9], vec![0; 9]] {
-            assert_eq!(plain(words.clone(), 5), words);
+            assert_eq!(plain(&words, 5), words);
         }
     }
 }

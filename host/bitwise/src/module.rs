@@ -61,15 +61,10 @@ impl Module {
     }
 
     fn new(files: &[&[u8]], route: Route) -> Result<Module, DeviceError> {
-        let mut files = files
+        let files = files
             .iter()
             .map(|bytes| File::new(bytes))
-            .collect::<Result<Vec<_>, _>>()?;
-        if route == Route::Untouched {
-            for file in &mut files {
-                file.words = memory_model::plain(std::mem::take(&mut file.words), HEADER);
-            }
-        }
+            .collect::<Result<_, _>>()?;
         Ok(Module { files, route })
     }
 
@@ -123,7 +118,11 @@ impl Module {
         let file = self.file(entry_point).ok_or_else(|| DeviceError::Module {
             message: format!("it has no entry point {entry_point:?}"),
         })?;
-        let words = Cow::Borrowed(file.words.as_slice());
+        // Here and not for all files at once: few of them are loaded.
+        let words = match self.route {
+            Route::Untouched => memory_model::plain(&file.words, HEADER),
+            Route::Portable => Cow::Borrowed(file.words.as_slice()),
+        };
         device.attempt(|| {
             Ok(match self.route {
                 Route::Untouched => {

@@ -3,9 +3,9 @@
 use super::Function;
 use super::sample::{
     SIDE, Sample, descending, disc, disc_object, either_sign, error, magnitude, signed, unit,
-    vector_error, wide_surface,
+    vector_error,
 };
-use crate::oracle::wide::{wide_frame, wide_object};
+use crate::oracle::wide::{wide_frame, wide_object, wide_surface};
 use fastrand::Rng;
 use glam::{DVec2, Vec2, Vec3};
 use relievo_shared as single;

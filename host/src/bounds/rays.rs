@@ -225,40 +225,38 @@ fn seen(
     meet(rng, eye, &triangle)
 }
 
+/// `error` of what both sides met, if they did.
+fn judge(
+    met: Option<(single::facet::FacetHit, double::facet::FacetHit)>,
+    error: impl Fn(&single::facet::FacetHit, &double::facet::FacetHit) -> f64,
+) -> Sample {
+    met.map_or(Sample::Unfit, |(found, expected)| {
+        Sample::Error(error(&found, &expected))
+    })
+}
+
 fn facet_distance(rng: &mut Rng, distance: f64) -> Sample {
-    match seen(rng, distance, 1.0, [0.3, 1.0]) {
-        Some((found, expected)) => Sample::Error(error(found.t, expected.t, expected.t.abs())),
-        None => Sample::Unfit,
-    }
+    judge(seen(rng, distance, 1.0, [0.3, 1.0]), |found, expected| {
+        error(found.t, expected.t, expected.t.abs())
+    })
 }
 
 fn facet_weights(rng: &mut Rng, distance: f64) -> Sample {
-    match seen(rng, distance, 1.0, [0.3, 1.0]) {
-        Some((found, expected)) => Sample::Error(vector_error(
-            found.weights,
-            expected.weights,
-            distance.max(1.0),
-        )),
-        None => Sample::Unfit,
-    }
+    judge(seen(rng, distance, 1.0, [0.3, 1.0]), |found, expected| {
+        vector_error(found.weights, expected.weights, distance.max(1.0))
+    })
 }
 
 fn sliver_weights(rng: &mut Rng, height: f64) -> Sample {
-    match seen(rng, 3.0, height, [0.3, 1.0]) {
-        Some((found, expected)) => {
-            Sample::Error(vector_error(found.weights, expected.weights, 1.0 / height))
-        }
-        None => Sample::Unfit,
-    }
+    judge(seen(rng, 3.0, height, [0.3, 1.0]), |found, expected| {
+        vector_error(found.weights, expected.weights, 1.0 / height)
+    })
 }
 
 fn grazing_distance(rng: &mut Rng, sine: f64) -> Sample {
-    match seen(rng, 3.0, 1.0, [sine, sine]) {
-        Some((found, expected)) => {
-            Sample::Error(error(found.t, expected.t, expected.t.abs() / sine))
-        }
-        None => Sample::Unfit,
-    }
+    judge(seen(rng, 3.0, 1.0, [sine, sine]), |found, expected| {
+        error(found.t, expected.t, expected.t.abs() / sine)
+    })
 }
 
 fn rectangle(rng: &mut Rng, distance: f64) -> Sample {

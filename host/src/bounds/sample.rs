@@ -3,8 +3,6 @@
 use fastrand::Rng;
 use glam::{DVec3, Vec3};
 use relievo_shared::layout::{FORMAT_CODES, Object, TIER_FAST};
-use relievo_shared::surface::Surface;
-use relievo_shared_f64 as double;
 
 /// What one input tells.
 pub(super) enum Sample {
@@ -92,20 +90,5 @@ pub(super) fn disc_object(depth: f32) -> Object {
         map_packing: 1,
         map_format: FORMAT_CODES,
         ..Object::default()
-    }
-}
-
-/// A surface for the f64 side.
-pub(super) fn wide_surface(surface: &Surface) -> double::surface::Surface {
-    double::surface::Surface {
-        normal: surface.normal.as_dvec3(),
-        tangent: surface.tangent.as_dvec3(),
-        bitangent: surface.bitangent.as_dvec3(),
-        quadric: surface.quadric.as_dvec3(),
-        uv: surface.uv.as_dvec2(),
-        gradient_u: surface.gradient_u.as_dvec3(),
-        gradient_v: surface.gradient_v.as_dvec3(),
-        uv_bend: surface.uv_bend.as_dvec2(),
-        facet_depth: f64::from(surface.facet_depth),
     }
 }

@@ -1,7 +1,9 @@
 //! The layouts of the f32 mathematics as those of its f64 twin, number by number.
 
 use relievo_shared::layout::{Frame, Object, Shell, Triangle};
+use relievo_shared::surface::Surface;
 use relievo_shared_f64::layout as double;
+use relievo_shared_f64::surface::Surface as WideSurface;
 
 fn wide<const N: usize>(a: [f32; N]) -> [f64; N] {
     a.map(f64::from)
@@ -92,5 +94,20 @@ pub fn wide_frame(frame: &Frame) -> double::Frame {
         light_color: wide(frame.light_color),
         ambient: wide(frame.ambient),
         size: wide(frame.size),
+    }
+}
+
+/// A surface, widened.
+pub fn wide_surface(surface: &Surface) -> WideSurface {
+    WideSurface {
+        normal: surface.normal.as_dvec3(),
+        tangent: surface.tangent.as_dvec3(),
+        bitangent: surface.bitangent.as_dvec3(),
+        quadric: surface.quadric.as_dvec3(),
+        uv: surface.uv.as_dvec2(),
+        gradient_u: surface.gradient_u.as_dvec3(),
+        gradient_v: surface.gradient_v.as_dvec3(),
+        uv_bend: surface.uv_bend.as_dvec2(),
+        facet_depth: f64::from(surface.facet_depth),
     }
 }
