@@ -1,0 +1,167 @@
+//! Pipelines: made when they are first needed, and kept while scenes change.
+
+use super::shaders::EntryPoints;
+use super::targets::{DEPTH_FORMAT, TARGET_FORMAT};
+use crate::render::RenderError;
+use relievo_bitwise::{Device, Module};
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
+/// What a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Content {
+    /// Colours: one target.
+    Color,
+    /// What is hit: two targets.
+    Geometry,
+}
+
+impl Content {
+    /// How many targets are drawn to.
+    pub fn targets(self) -> usize {
+        match self {
+            Content::Color => 1,
+            Content::Geometry => 2,
+        }
+    }
+
+    /// The fragment shader of an object.
+    pub(super) fn fragment(self, of: &EntryPoints) -> &'static str {
+        match self {
+            Content::Color => of.color,
+            Content::Geometry => of.geometry,
+        }
+    }
+}
+
+/// The pipelines of one module on one device; objects that need the same entry
+/// points share one.
+pub struct Pipelines {
+    device: Device,
+    module: Module,
+    vertices: BTreeMap<&'static str, wgpu::ShaderModule>,
+    bindings: wgpu::BindGroupLayout,
+    layout: wgpu::PipelineLayout,
+    made: BTreeMap<&'static str, wgpu::RenderPipeline>,
+}
+
+impl Pipelines {
+    /// None yet, of `module` on `device`.
+    pub fn new(device: &Device, module: &Module) -> Pipelines {
+        let bindings = bind_group_layout(device.wgpu());
+        let layout = device
+            .wgpu()
+            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("relievo"),
+                bind_group_layouts: &[Some(&bindings)],
+                immediate_size: 0,
+            });
+        Pipelines {
+            device: device.clone(),
+            module: module.clone(),
+            vertices: BTreeMap::new(),
+            bindings,
+            layout,
+            made: BTreeMap::new(),
+        }
+    }
+
+    /// The device that they are made on.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// What a scene's objects bind.
+    pub(super) fn bindings(&self) -> &wgpu::BindGroupLayout {
+        &self.bindings
+    }
+
+    /// Makes the pipeline that draws `content` of objects with these entry
+    /// points, unless it is there.
+    pub(super) fn make(&mut self, of: &EntryPoints, content: Content) -> Result<(), RenderError> {
+        let (vertex, fragment) = (of.vertex, content.fragment(of));
+        let device = &self.device;
+        if self.made.contains_key(fragment) {
+            return Ok(());
+        }
+        let placed = match self.vertices.entry(vertex) {
+            Entry::Occupied(known) => known.into_mut(),
+            Entry::Vacant(place) => place.insert(self.module.load(device, vertex)?),
+        };
+        let modules = [
+            (&*placed, vertex),
+            (&self.module.load(device, fragment)?, fragment),
+        ];
+        let pipeline = device.attempt(|| {
+            let pipeline = make_pipeline(device.wgpu(), &self.layout, modules, content.targets());
+            Ok::<_, RenderError>(pipeline)
+        })?;
+        self.made.insert(fragment, pipeline);
+        Ok(())
+    }
+
+    /// One that was made.
+    pub(super) fn get(&self, of: &EntryPoints, content: Content) -> &wgpu::RenderPipeline {
+        &self.made[content.fragment(of)]
+    }
+}
+
+/// Four read-only storage buffers: frame, object, facets, texels.
+fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let entries: Vec<_> = (0..4)
+        .map(|binding| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Storage { read_only: true },
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        })
+        .collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("relievo"),
+        entries: &entries,
+    })
+}
+
+fn make_pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    [vertex, fragment]: [(&wgpu::ShaderModule, &str); 2],
+    targets: usize,
+) -> wgpu::RenderPipeline {
+    let target = Some(wgpu::ColorTargetState {
+        format: TARGET_FORMAT,
+        blend: None,
+        write_mask: wgpu::ColorWrites::ALL,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(fragment.1),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module: vertex.0,
+            entry_point: Some(vertex.1),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            buffers: &[],
+        },
+        primitive: wgpu::PrimitiveState::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_FORMAT,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: wgpu::StencilState::default(),
+            bias: wgpu::DepthBiasState::default(),
+        }),
+        multisample: wgpu::MultisampleState::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: fragment.0,
+            entry_point: Some(fragment.1),
+            compilation_options: wgpu::PipelineCompilationOptions::default(),
+            targets: &vec![target; targets],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

@@ -1,0 +1,195 @@
+//! What is drawn to and read back from.
+
+use super::memory;
+use super::pipelines::Content;
+use crate::render::{RenderError, allocate};
+use relievo_bitwise::Device;
+use std::mem::size_of;
+
+/// Bits of f32 in, bits of f32 out: nothing is filtered, blended or rounded.
+pub(super) const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
+pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// The targets of pictures of one size.
+pub struct Targets {
+    width: u32,
+    height: u32,
+    /// Bytes of a row in the read-back buffers, as the API wants it aligned.
+    stride: u32,
+    /// Made for as many as were drawn to at once: two for geometry.
+    colors: Vec<Target>,
+    depth: wgpu::TextureView,
+}
+
+/// One of them.
+struct Target {
+    texture: wgpu::Texture,
+    view: wgpu::TextureView,
+    /// Made when it is first read.
+    read_back: Option<wgpu::Buffer>,
+}
+
+impl Targets {
+    /// None yet, for pictures of `width` × `height` samples.
+    ///
+    /// # Errors
+    /// [`RenderError::Limit`] where the device has no pictures of that size.
+    pub fn new(device: &Device, [width, height]: [u32; 2]) -> Result<Targets, RenderError> {
+        let limits = device.wgpu().limits();
+        let too_large = |what: &str, needed: u64, limit: u64| RenderError::Limit {
+            adapter: device.describe().to_string(),
+            what: format!("a picture of {width} × {height} samples: {what}"),
+            needed,
+            limit,
+        };
+        let side = u64::from(width.max(height));
+        let largest_side = u64::from(limits.max_texture_dimension_2d);
+        if side > largest_side {
+            return Err(too_large("its longer side (pixels)", side, largest_side));
+        }
+        let stride = memory::row_stride(u64::from(width));
+        let bytes = stride * u64::from(height);
+        if bytes > limits.max_buffer_size {
+            return Err(too_large(
+                "its buffer (bytes)",
+                bytes,
+                limits.max_buffer_size,
+            ));
+        }
+        let depth = texture(
+            device.wgpu(),
+            [width, height],
+            DEPTH_FORMAT,
+            wgpu::TextureUsages::RENDER_ATTACHMENT,
+        );
+        Ok(Targets {
+            width,
+            height,
+            stride: stride as u32,
+            colors: Vec::new(),
+            depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
+        })
+    }
+
+    /// Width and height, samples.
+    pub fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    /// Makes what is missing of the targets for `content`, to be read back or not.
+    pub fn make(&mut self, device: &Device, content: Content, read_back: bool) {
+        let (device, count) = (device.wgpu(), content.targets());
+        while self.colors.len() < count {
+            let texture = texture(
+                device,
+                [self.width, self.height],
+                TARGET_FORMAT,
+                wgpu::TextureUsages::RENDER_ATTACHMENT
+                    | wgpu::TextureUsages::COPY_SRC
+                    | wgpu::TextureUsages::TEXTURE_BINDING,
+            );
+            self.colors.push(Target {
+                view: texture.create_view(&wgpu::TextureViewDescriptor::default()),
+                texture,
+                read_back: None,
+            });
+        }
+        if !read_back {
+            return;
+        }
+        for target in &mut self.colors[..count] {
+            if target.read_back.is_none() {
+                target.read_back = Some(device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("read back"),
+                    size: u64::from(self.stride) * u64::from(self.height),
+                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                    mapped_at_creation: false,
+                }));
+            }
+        }
+    }
+
+    /// Target `index`, if it was made.
+    pub fn view(&self, index: usize) -> Option<&wgpu::TextureView> {
+        Some(&self.colors.get(index)?.view)
+    }
+
+    /// Depths.
+    pub(super) fn depth(&self) -> &wgpu::TextureView {
+        &self.depth
+    }
+
+    /// Copies the targets of `content` to where they can be read.
+    pub(super) fn record_read_back(&self, encoder: &mut wgpu::CommandEncoder, content: Content) {
+        for target in &self.colors[..content.targets()] {
+            let Some(buffer) = &target.read_back else {
+                continue;
+            };
+            encoder.copy_texture_to_buffer(
+                target.texture.as_image_copy(),
+                wgpu::TexelCopyBufferInfo {
+                    buffer,
+                    layout: wgpu::TexelCopyBufferLayout {
+                        offset: 0,
+                        bytes_per_row: Some(self.stride),
+                        rows_per_image: Some(self.height),
+                    },
+                },
+                target.texture.size(),
+            );
+        }
+    }
+
+    /// Where the words of target `index` can be read, if they were copied.
+    pub(super) fn read_back(&self, index: usize) -> Option<&wgpu::Buffer> {
+        self.colors.get(index)?.read_back.as_ref()
+    }
+
+    /// The words in `bytes`, the contents of a read-back buffer, without the
+    /// rows' padding.
+    pub(super) fn words(&self, bytes: &[u8]) -> Result<Vec<[u32; 4]>, RenderError> {
+        let count = self.width as usize * self.height as usize;
+        let mut words = allocate("the picture", count, [0; 4])?;
+        let row_bytes = self.width as usize * size_of::<[u32; 4]>();
+        let rows = bytes.chunks(self.stride as usize);
+        for (pixels, row) in words.chunks_mut(self.width as usize).zip(rows) {
+            bytemuck::cast_slice_mut(pixels).copy_from_slice(&row[..row_bytes]);
+        }
+        Ok(words)
+    }
+
+    /// Bytes of the device that these take.
+    pub fn bytes(&self) -> u64 {
+        let pixels = u64::from(self.width) * u64::from(self.height);
+        let read: u64 = self
+            .colors
+            .iter()
+            .filter_map(|target| target.read_back.as_ref())
+            .map(wgpu::Buffer::size)
+            .sum();
+        pixels * (self.colors.len() as u64 * memory::WORDS + memory::DEPTH) + read
+    }
+}
+
+/// A texture to draw to.
+fn texture(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("target"),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
