@@ -1,8 +1,9 @@
 //! Reading regular files only, and writing files whole or not at all.
 
 use crate::Error;
+use crate::files::too_large;
 use std::fs::File;
-use std::io::{BufWriter, ErrorKind, Read, Write};
+use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
@@ -25,7 +26,7 @@ pub fn open_regular(path: &Path) -> std::io::Result<File> {
 /// Reads a regular file of at most `limit` bytes.
 ///
 /// # Errors
-/// As [`open_regular`]; [`ErrorKind::FileTooLarge`] before a larger file is read.
+/// As [`open_regular`]; [`std::io::ErrorKind::FileTooLarge`] before a larger file is read.
 pub fn read_regular(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     let file = open_regular(path)?;
     let length = file.metadata()?.len();
@@ -36,10 +37,7 @@ pub fn read_regular(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
         file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
     }
     if length.max(bytes.len() as u64) > limit {
-        return Err(std::io::Error::new(
-            ErrorKind::FileTooLarge,
-            format!("it has more than {limit} bytes; make it smaller, or raise the limit"),
-        ));
+        return Err(too_large(limit));
     }
     Ok(bytes)
 }

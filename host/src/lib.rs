@@ -7,6 +7,7 @@
 //! ```text
 //! scene      a TOML file → what is to be drawn, checked
 //! limits     what a scene may take: memory, files
+//! files      where it is read from: the disk, or memory
 //! mesh       OBJ → triangles with tangent frames and curvature
 //! shell      a mesh's curved prisms → plain data for the accurate tier
 //! shape_map  image → signed distance to the pattern
@@ -32,6 +33,7 @@ pub mod budget;
 pub mod error;
 pub mod explain;
 pub mod file;
+pub mod files;
 pub mod gallery;
 pub mod limits;
 pub mod mesh;
@@ -47,4 +49,5 @@ pub mod tradeoff;
 pub mod verify;
 
 pub use error::Error;
+pub use files::Files;
 pub use limits::Limits;

@@ -21,6 +21,7 @@ mod tangents;
 mod tests;
 mod weld;
 
+use crate::Files;
 use std::path::Path;
 
 use glam::{DQuat, DVec2, DVec3};
@@ -190,22 +191,23 @@ impl Mesh {
     ///
     /// Any [`MeshError`].
     pub fn load(path: &Path, options: &MeshOptions) -> Result<Self, MeshError> {
-        let source = SourceMesh::load(path, options.limit(), options.byte_limit)?;
+        let source = SourceMesh::load(&Files::Disk, path, options.limit(), options.byte_limit)?;
         prepare::prepare(&source, path, options)
     }
 
-    /// As [`Mesh::load`], but where `is_wanted` says no to the box around the
+    /// As [`Mesh::load`], of `files`, but where `is_wanted` says no to the box around the
     /// mesh, that box is all there is.
     ///
     /// # Errors
     ///
     /// Any [`MeshError`].
     pub fn load_if(
+        files: &Files,
         path: &Path,
         options: &MeshOptions,
         is_wanted: &dyn Fn(&Bounds) -> bool,
     ) -> Result<Result<Self, Bounds>, MeshError> {
-        let source = SourceMesh::load(path, options.limit(), options.byte_limit)?;
+        let source = SourceMesh::load(files, path, options.limit(), options.byte_limit)?;
         let bounds = prepare::bounds(&source, path, options)?;
         if is_wanted(&bounds) {
             prepare::prepare(&source, path, options).map(Ok)

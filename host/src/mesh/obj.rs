@@ -8,7 +8,7 @@ use glam::{DVec2, DVec3};
 
 use super::error::MeshError;
 use super::scan::scan;
-use crate::file::read_regular;
+use crate::Files;
 
 /// A corner of a triangle: indices into the streams of a [`SourceMesh`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,16 +46,17 @@ impl SourceMesh {
     /// [`MeshError::Read`], [`MeshError::IsDirectory`], [`MeshError::TooLarge`],
     /// [`MeshError::NotUtf8`], and those of [`SourceMesh::parse`].
     pub(super) fn load(
+        files: &Files,
         path: &Path,
         triangle_limit: usize,
         byte_limit: u64,
     ) -> Result<Self, MeshError> {
-        if path.is_dir() {
+        if files.is_folder(path) {
             return Err(MeshError::IsDirectory {
                 path: path.to_owned(),
             });
         }
-        let bytes = read_regular(path, byte_limit).map_err(|source| {
+        let bytes = files.read(path, byte_limit).map_err(|source| {
             let path = path.to_owned();
             if source.kind() == ErrorKind::FileTooLarge {
                 MeshError::TooLarge {
@@ -336,7 +337,9 @@ mod tests {
     #[test]
     fn unreadable_files_are_told_by_name() {
         let folder = tempfile::tempdir().unwrap();
-        let load = |path: &Path| SourceMesh::load(path, LIMIT, 1000).expect_err("unreadable");
+        let load = |path: &Path| {
+            SourceMesh::load(&Files::Disk, path, LIMIT, 1000).expect_err("unreadable")
+        };
         assert!(matches!(load(folder.path()), MeshError::IsDirectory { .. }));
         let missing = load(&folder.path().join("missing.obj"));
         assert!(
@@ -349,9 +352,9 @@ mod tests {
         let good = folder.path().join("good.obj");
         fs::write(&good, format!("{SQUARE}f 1 2 3\n")).unwrap();
         let length = fs::metadata(&good).unwrap().len();
-        let mesh = SourceMesh::load(&good, LIMIT, length).unwrap();
+        let mesh = SourceMesh::load(&Files::Disk, &good, LIMIT, length).unwrap();
         assert_eq!(mesh.triangles.len(), 1);
-        let error = SourceMesh::load(&good, LIMIT, length - 1).unwrap_err();
+        let error = SourceMesh::load(&Files::Disk, &good, LIMIT, length - 1).unwrap_err();
         assert!(matches!(error, MeshError::TooLarge { .. }), "{error}");
         assert!(error.to_string().contains("good.obj"), "{error}");
     }

@@ -5,6 +5,8 @@
 
 mod object;
 mod shapes;
+#[cfg(test)]
+pub(crate) mod tests;
 mod view;
 
 pub use view::unlit_frame;
@@ -24,8 +26,9 @@ use shapes::Shapes;
 use std::borrow::Cow;
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 use view::{default_camera, frame};
+use web_time::Instant;
 
 /// A scene, ready for a renderer.
 pub struct PreparedScene {
@@ -125,7 +128,7 @@ fn assemble(
     let seen: Vec<usize> = seen().map(|(number, _)| number).collect();
     let mut shapes = Shapes::load(
         seen.iter().map(|&number| &scene.objects[number]),
-        &scene.limits,
+        scene,
         &mut account,
         progress,
     )?;
@@ -357,7 +360,7 @@ fn load_meshes(
                     byte_limit: account.left(TEXT_BYTE),
                     ..options.clone()
                 };
-                let mesh = match Mesh::load_if(&object.mesh, &within, is_seen)? {
+                let mesh = match Mesh::load_if(&scene.files, &object.mesh, &within, is_seen)? {
                     Ok(mesh) => {
                         let count = mesh.triangles.len() as u64;
                         let bytes = size_of::<MeshTriangle>() as u64;

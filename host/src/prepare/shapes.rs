@@ -3,8 +3,8 @@
 
 use super::Step;
 use crate::Error;
-use crate::limits::{Account, Limits};
-use crate::scene::{MapOptions, SceneObject};
+use crate::limits::Account;
+use crate::scene::{MapOptions, Scene, SceneObject};
 use crate::shape_map::{DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -40,10 +40,10 @@ pub(super) struct Shapes {
 }
 
 impl Shapes {
-    /// Reads the pattern of each of `objects`.
+    /// Reads the pattern of each of `objects` of `scene`.
     pub(super) fn load<'a>(
         objects: impl Iterator<Item = &'a SceneObject>,
-        limits: &Limits,
+        scene: &Scene,
         account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Shapes, Error> {
@@ -52,7 +52,7 @@ impl Shapes {
         for object in objects {
             let key = key(object);
             if let std::collections::btree_map::Entry::Vacant(place) = shapes.entry(key) {
-                place.insert(Shape::load(object, limits, account, progress)?);
+                place.insert(Shape::load(object, scene, account, progress)?);
             }
         }
         Ok(Shapes {
@@ -109,16 +109,16 @@ impl Shapes {
 impl Shape {
     fn load(
         object: &SceneObject,
-        limits: &Limits,
+        scene: &Scene,
         account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Shape, Error> {
         let path = &object.shape;
         let name = path.display();
         progress(Step::ShapeMap(path.clone(), 0.0));
-        if ShapeMap::is_shape_map(path)? {
-            let max_pixels = limits.pixels.min(account.left(TEXEL));
-            let map = ShapeMap::load_within(path, max_pixels)?;
+        if ShapeMap::is_shape_map_of(&scene.files, path)? {
+            let max_pixels = scene.limits.pixels.min(account.left(TEXEL));
+            let map = ShapeMap::load_from(&scene.files, path, max_pixels)?;
             account.take(
                 name,
                 u64::from(map.width()) * u64::from(map.height()),
@@ -129,9 +129,9 @@ impl Shape {
         let options = PatternOptions {
             threshold: object.threshold,
             invert: object.invert,
-            max_pixels: limits.pixels.min(account.left(PIXEL_READ)),
+            max_pixels: scene.limits.pixels.min(account.left(PIXEL_READ)),
         };
-        let pattern = Pattern::load(path, &options)?;
+        let pattern = Pattern::load_from(&scene.files, path, &options)?;
         let pixels = u64::from(pattern.width()) * u64::from(pattern.height());
         account.take(name, pixels, PIXEL)?;
         Ok(Shape::Plain(signed_distance_field(&pattern, &|fraction| {

@@ -1,13 +1,12 @@
 //! The scene file: its keys, its defaults and its checks.
 
-use super::reach::Reach;
 use super::{
     Camera, Color, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_STEPS, LEAST_BUDGET,
     Light, MapOptions, Material, Scene, SceneError, SceneObject, Search, Tier,
 };
-use crate::Limits;
 use crate::mesh::Projection;
 use crate::shape_map::Storage;
+use crate::{Files, Limits};
 use serde::Deserialize;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -145,24 +144,34 @@ pub(super) fn load(path: &Path, limits: &Limits) -> Result<Scene, SceneError> {
         let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
         no_scene(format!("line {line} is not UTF-8 text; save it as UTF-8"))
     })?;
-    parse(text, path, limits)
+    parse(text, path, limits, Files::Disk)
 }
 
-pub(super) fn parse(text: &str, path: &Path, limits: &Limits) -> Result<Scene, SceneError> {
+pub(super) fn parse(
+    text: &str,
+    path: &Path,
+    limits: &Limits,
+    files: Files,
+) -> Result<Scene, SceneError> {
     let file: SceneFile = toml::from_str(text).map_err(|error| SceneError::Syntax {
         path: path.to_path_buf(),
         message: error.to_string().trim_end().to_string(),
     })?;
     let folder = path.parent().unwrap_or(Path::new(""));
-    let reach = if limits.outside {
-        Reach::Anywhere
-    } else {
-        Reach::of(folder).map_err(|source| SceneError::Read {
-            path: path.to_path_buf(),
-            source,
-        })?
+    let files = match files {
+        Files::Disk if !limits.outside => {
+            Files::of_scene(folder).map_err(|source| SceneError::Read {
+                path: path.to_path_buf(),
+                source,
+            })?
+        }
+        files => files,
     };
-    let check = Checker { text, path, reach };
+    let check = Checker {
+        text,
+        path,
+        files: &files,
+    };
 
     let size = match &file.image.size {
         None => [800, 600],
@@ -241,6 +250,7 @@ pub(super) fn parse(text: &str, path: &Path, limits: &Limits) -> Result<Scene, S
         light,
         objects,
         limits: limits.clone(),
+        files,
     })
 }
 
@@ -304,7 +314,7 @@ fn object(
             return Err(check.wrong(value, &key(name), problem));
         }
         let path = folder.join(value.get_ref());
-        if let Err(problem) = check.reach.check(&path) {
+        if let Err(problem) = check.files.check(&path) {
             return Err(check.wrong(value, &key(name), problem));
         }
     }
@@ -584,7 +594,7 @@ fn extrusion(
 struct Checker<'a> {
     text: &'a str,
     path: &'a Path,
-    reach: Reach,
+    files: &'a Files,
 }
 
 impl Checker<'_> {
@@ -693,8 +703,7 @@ mod tests {
     const SHORT: &str = "[[object]]\nmesh = \"torus.obj\"\nshape = \"letters.png\"\n";
 
     fn parse_scene(text: &str) -> Result<Scene, String> {
-        parse(text, Path::new("some/scene.toml"), &Limits::trusting())
-            .map_err(|error| error.to_string())
+        Scene::parse(text, Path::new("some/scene.toml")).map_err(|error| error.to_string())
     }
 
     #[test]

@@ -6,13 +6,12 @@
 
 mod color;
 mod file;
-mod reach;
 
 pub use color::Color;
 
-use crate::Limits;
 use crate::mesh::Projection;
 use crate::shape_map::Storage;
+use crate::{Files, Limits};
 use std::path::{Path, PathBuf};
 
 /// Largest width or height of a picture, pixels: coordinates stay exact and
@@ -92,6 +91,8 @@ pub struct Scene {
     pub objects: Vec<SceneObject>,
     /// What may be loaded for it.
     pub limits: Limits,
+    /// Where that is read from.
+    pub files: Files,
 }
 
 /// Where the eye is.
@@ -345,6 +346,22 @@ impl Scene {
     /// # Errors
     /// As [`Scene::load`].
     pub fn parse(text: &str, path: &Path) -> Result<Scene, SceneError> {
-        file::parse(text, path, &Limits::trusting())
+        file::parse(text, path, &Limits::trusting(), Files::Disk)
+    }
+
+    /// As [`Scene::parse`], within `limits`, of `files`: those of
+    /// [`Files::Memory`] are named as if its root were that of `path`, and the
+    /// disk is not read, now or when the scene is prepared. [`Files::Disk`] is
+    /// narrowed to the scene's folder unless the limits allow more.
+    ///
+    /// # Errors
+    /// As [`Scene::load`]; for files in memory, also where one is missing.
+    pub fn parse_with(
+        text: &str,
+        path: &Path,
+        limits: &Limits,
+        files: Files,
+    ) -> Result<Scene, SceneError> {
+        file::parse(text, path, limits, files)
     }
 }

@@ -2,9 +2,9 @@
 //! What is read after that is any source of bytes, a file or memory.
 
 use super::ShapeMapError;
-use crate::file::open_regular;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Seek};
+use crate::Files;
+use crate::files::Opened;
+use std::io::{BufRead, Seek};
 use std::path::Path;
 
 /// The bytes of an image file.
@@ -21,34 +21,32 @@ pub const DEFAULT_MAX_PIXELS: u64 = 1 << 28;
 pub const MAX_PIXELS: u64 = 1 << 30;
 
 /// Opens a file for reading and tells a folder, a pipe and a device from a file.
-pub(super) fn open(path: &Path) -> Result<BufReader<File>, ShapeMapError> {
-    let read_error = |source| ShapeMapError::Read {
-        path: path.to_path_buf(),
-        source,
-    };
+pub(super) fn open(files: &Files, path: &Path) -> Result<Opened, ShapeMapError> {
     // Asked first: some systems refuse to open a folder with a misleading reason.
-    if std::fs::metadata(path).map_err(read_error)?.is_dir() {
+    if files.is_folder(path) {
         return Err(ShapeMapError::Directory {
             path: path.to_path_buf(),
         });
     }
-    Ok(BufReader::new(open_regular(path).map_err(read_error)?))
+    files.open(path).map_err(|source| ShapeMapError::Read {
+        path: path.to_path_buf(),
+        source,
+    })
 }
 
 /// As [`open`], but refuses a file with more bytes than any image of
 /// `max_pixels` has: some decoders read all of it before they tell the size.
-pub(super) fn open_within(path: &Path, max_pixels: u64) -> Result<BufReader<File>, ShapeMapError> {
-    let read_error = |source| ShapeMapError::Read {
-        path: path.to_path_buf(),
-        source,
-    };
-    let input = open(path)?;
-    let length = input.get_ref().metadata().map_err(read_error)?.len();
+pub(super) fn open_within(
+    files: &Files,
+    path: &Path,
+    max_pixels: u64,
+) -> Result<Opened, ShapeMapError> {
+    let input = open(files, path)?;
     let limit = decoded_bytes(max_pixels.min(MAX_PIXELS));
-    if length > limit {
+    if input.length > limit {
         return Err(ShapeMapError::FileTooLarge {
             path: path.to_path_buf(),
-            length,
+            length: input.length,
             limit,
         });
     }

@@ -4,6 +4,7 @@
 
 use super::ShapeMapError;
 use super::input::{DEFAULT_MAX_PIXELS, Input, MAX_PIXELS, check_size, decoded_bytes, open_within};
+use crate::Files;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::Path;
@@ -51,8 +52,19 @@ impl Pattern {
     /// # Errors
     /// A file that cannot be read, is no image, or has no pixels or too many.
     pub fn load(path: impl AsRef<Path>, options: &PatternOptions) -> Result<Self, ShapeMapError> {
-        let path = path.as_ref();
-        Self::read(open_within(path, options.max_pixels)?, path, options)
+        Self::load_from(&Files::Disk, path.as_ref(), options)
+    }
+
+    /// As [`Pattern::load`], of `files`.
+    ///
+    /// # Errors
+    /// As for [`Pattern::load`].
+    pub fn load_from(
+        files: &Files,
+        path: &Path,
+        options: &PatternOptions,
+    ) -> Result<Self, ShapeMapError> {
+        Self::read(open_within(files, path, options.max_pixels)?, path, options)
     }
 
     /// As [`Pattern::load`], of the bytes of a file; `path` is named in errors,

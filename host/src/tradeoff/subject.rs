@@ -2,7 +2,6 @@
 
 use super::variant::SelfShadow;
 use crate::Error;
-use crate::file::read_regular;
 use crate::scene::{Scene, Search};
 use crate::shape_map::ShapeMap;
 use sha2::{Digest, Sha256};
@@ -28,7 +27,7 @@ impl Subject {
         let is_baked = scene
             .objects
             .iter()
-            .map(|object| Ok(ShapeMap::is_shape_map(&object.shape)?))
+            .map(|object| Ok(ShapeMap::is_shape_map_of(&scene.files, &object.shape)?))
             .collect::<Result<Vec<bool>, Error>>()?;
         let digest = digest(&scene)?;
         Ok(Subject {
@@ -101,8 +100,10 @@ fn digest(scene: &Scene) -> Result<String, Error> {
             continue;
         }
         known.push(path);
-        let bytes =
-            read_regular(path, scene.limits.memory).map_err(|source| Error::Measurements {
+        let bytes = scene
+            .files
+            .read(path, scene.limits.memory)
+            .map_err(|source| Error::Measurements {
                 path: path.to_path_buf(),
                 problem: format!("cannot be read: {source}; check the path and its permissions"),
             })?;

@@ -11,8 +11,8 @@ mod png;
 use super::coding::Coding;
 use super::input::{DEFAULT_MAX_PIXELS, Input, open, open_within};
 use super::{ShapeMap, ShapeMapError, Storage};
-use crate::Error;
 use crate::file::write_whole;
+use crate::{Error, Files};
 use ::exr::meta::magic_number;
 use serde::{Deserialize, Serialize};
 use std::io::{Cursor, Read};
@@ -93,8 +93,15 @@ impl ShapeMap {
     /// ([`ShapeMapError::NotAShapeMap`]) or one that is not valid or does not
     /// fit the pixels ([`ShapeMapError::InvalidShapeMap`]).
     pub fn load_within(path: impl AsRef<Path>, max_pixels: u64) -> Result<Self, ShapeMapError> {
-        let path = path.as_ref();
-        Self::read(open_within(path, max_pixels)?, path, max_pixels)
+        Self::load_from(&Files::Disk, path.as_ref(), max_pixels)
+    }
+
+    /// As [`ShapeMap::load_within`], of `files`.
+    ///
+    /// # Errors
+    /// As for [`ShapeMap::load_within`].
+    pub fn load_from(files: &Files, path: &Path, max_pixels: u64) -> Result<Self, ShapeMapError> {
+        Self::read(open_within(files, path, max_pixels)?, path, max_pixels)
     }
 
     /// As [`ShapeMap::load_within`], of the bytes of a file; `path` is named in
@@ -121,8 +128,15 @@ impl ShapeMap {
     /// # Errors
     /// A file that cannot be opened or read.
     pub fn is_shape_map(path: impl AsRef<Path>) -> Result<bool, ShapeMapError> {
-        let path = path.as_ref();
-        let mut input = open(path)?;
+        Self::is_shape_map_of(&Files::Disk, path.as_ref())
+    }
+
+    /// As [`ShapeMap::is_shape_map`], of `files`.
+    ///
+    /// # Errors
+    /// As for [`ShapeMap::is_shape_map`].
+    pub fn is_shape_map_of(files: &Files, path: &Path) -> Result<bool, ShapeMapError> {
+        let mut input = open(files, path)?;
         Ok(if is_exr(&mut input, path)? {
             exr::is_described(input)
         } else {
