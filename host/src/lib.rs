@@ -21,6 +21,7 @@
 //! bounds     the f32 mathematics against its f64 twin, function by function
 //! verify     GPU words against CPU words
 //! bench      how long frames take, beside the paper's table
+//! viewer     a window: a scene that can be turned, parameters under sliders
 //! tradeoff   what every choice costs and what it buys, as one chart and page
 //! ```
 //!
@@ -47,6 +48,8 @@ pub mod shape_map;
 pub mod shell;
 pub mod tradeoff;
 pub mod verify;
+#[cfg(feature = "viewer")]
+pub mod viewer;
 
 pub use error::Error;
 pub use files::Files;

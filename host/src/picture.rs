@@ -4,6 +4,7 @@ use crate::Error;
 use crate::file::write_whole;
 use crate::render::{ColorWords, RenderError, allocate};
 use rayon::prelude::*;
+use std::io::Write;
 use std::path::Path;
 
 /// A finished picture: 8-bit sRGB, three bytes a pixel, rows from the top.
@@ -61,6 +62,25 @@ impl Picture {
     /// # Errors
     /// [`Error::Write`] or [`Error::Encode`].
     pub fn save_png(&self, path: &Path, comments: &[(&str, &str)]) -> Result<(), Error> {
+        write_whole(path, |file| self.encode(file, path, comments))
+    }
+
+    /// The bytes of such a file.
+    ///
+    /// # Errors
+    /// [`Error::Encode`].
+    pub fn png(&self, comments: &[(&str, &str)]) -> Result<Vec<u8>, Error> {
+        let mut bytes = Vec::new();
+        self.encode(&mut bytes, Path::new("the picture"), comments)?;
+        Ok(bytes)
+    }
+
+    fn encode(
+        &self,
+        file: impl Write,
+        path: &Path,
+        comments: &[(&str, &str)],
+    ) -> Result<(), Error> {
         let encode = |error: png::EncodingError| match error {
             png::EncodingError::IoError(source) => Error::Write {
                 path: path.to_path_buf(),
@@ -71,20 +91,18 @@ impl Picture {
                 message: other.to_string(),
             },
         };
-        write_whole(path, |file| {
-            let mut encoder = png::Encoder::new(file, self.width, self.height);
-            encoder.set_color(png::ColorType::Rgb);
-            encoder.set_depth(png::BitDepth::Eight);
-            encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-            for (keyword, text) in comments {
-                encoder
-                    .add_itxt_chunk((*keyword).to_string(), (*text).to_string())
-                    .map_err(encode)?;
-            }
-            let mut writer = encoder.write_header().map_err(encode)?;
-            writer.write_image_data(&self.bytes).map_err(encode)?;
-            writer.finish().map_err(encode)
-        })
+        let mut encoder = png::Encoder::new(file, self.width, self.height);
+        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_depth(png::BitDepth::Eight);
+        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+        for (keyword, text) in comments {
+            encoder
+                .add_itxt_chunk((*keyword).to_string(), (*text).to_string())
+                .map_err(encode)?;
+        }
+        let mut writer = encoder.write_header().map_err(encode)?;
+        writer.write_image_data(&self.bytes).map_err(encode)?;
+        writer.finish().map_err(encode)
     }
 }
 

@@ -60,11 +60,7 @@ impl Adapter {
 
     /// Whether compiled shaders reach the driver untouched.
     pub fn takes_spirv(&self) -> bool {
-        self.adapter.get_info().backend == wgpu::Backend::Vulkan
-            && self
-                .adapter
-                .features()
-                .contains(wgpu::Features::PASSTHROUGH_SHADERS)
+        !(self.adapter.features() & untouched(&self.adapter)).is_empty()
     }
 
     /// Whether the device's own clock can time a pass.
@@ -80,23 +76,7 @@ impl Adapter {
     /// [`DeviceError::Device`] with the driver's reason,
     /// [`DeviceError::TimeLimit`] where [`TIME_LIMIT`] is no time.
     pub fn open(&self) -> Result<Device, DeviceError> {
-        let mut features = wgpu::Features::empty();
-        if self.takes_spirv() {
-            features |= wgpu::Features::PASSTHROUGH_SHADERS;
-        }
-        if self.has_timestamps() {
-            features |= wgpu::Features::TIMESTAMP_QUERY;
-        }
-        let descriptor = wgpu::DeviceDescriptor {
-            label: Some("bitwise"),
-            required_features: features,
-            required_limits: self.adapter.limits(),
-            // SAFETY: of the experimental features only passthrough is asked
-            // for, and what goes through it is `Module::untouched`'s contract.
-            experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
-            memory_hints: wgpu::MemoryHints::MemoryUsage,
-            trace: wgpu::Trace::Off,
-        };
+        let descriptor = descriptor(&self.adapter);
         let time_limit = time_limit(self.is_software())?;
         let refused = |message| DeviceError::of(&self.describe(), message);
         let (device, queue) =
@@ -104,6 +84,51 @@ impl Adapter {
                 .map_err(refused)?
                 .map_err(|error| refused(error.to_string()))?;
         Ok(Device::new(device, queue, self.describe(), time_limit))
+    }
+}
+
+/// What a device is asked for by one who opens it for [`Device::shared`], and
+/// by [`Adapter::open`]: the adapter's own limits, untouched shaders and a clock
+/// where it has them.
+pub fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    let wanted = wgpu::Features::TIMESTAMP_QUERY | untouched(adapter);
+    wgpu::DeviceDescriptor {
+        label: Some("bitwise"),
+        required_features: adapter.features() & wanted,
+        required_limits: adapter.limits(),
+        // SAFETY: of the experimental features only passthrough is asked
+        // for, and what goes through it is `Module::untouched`'s contract.
+        experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
+        memory_hints: wgpu::MemoryHints::MemoryUsage,
+        trace: wgpu::Trace::Off,
+    }
+}
+
+/// The feature by which compiled shaders reach the driver untouched, where that
+/// means anything.
+fn untouched(adapter: &wgpu::Adapter) -> wgpu::Features {
+    if adapter.get_info().backend == wgpu::Backend::Vulkan {
+        wgpu::Features::PASSTHROUGH_SHADERS
+    } else {
+        wgpu::Features::empty()
+    }
+}
+
+impl Device {
+    /// A device that somebody else has opened, by [`descriptor`], and uses too.
+    ///
+    /// # Errors
+    /// [`DeviceError::TimeLimit`] where [`TIME_LIMIT`] is no time.
+    pub fn shared(
+        adapter: &wgpu::Adapter,
+        device: wgpu::Device,
+        queue: wgpu::Queue,
+    ) -> Result<Device, DeviceError> {
+        let adapter = Adapter {
+            adapter: adapter.clone(),
+        };
+        let time_limit = time_limit(adapter.is_software())?;
+        Ok(Device::new(device, queue, adapter.describe(), time_limit))
     }
 }
 

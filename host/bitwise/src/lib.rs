@@ -104,7 +104,7 @@ pub mod runner;
 #[cfg(test)]
 mod testing;
 
-pub use adapter::{Adapter, TIME_LIMIT, adapters, choose};
+pub use adapter::{Adapter, TIME_LIMIT, adapters, choose, descriptor};
 pub use canary::{Canary, Signature, Told};
 pub use check::{Plan, compare_kernel, evaluate};
 pub use compare::{Batch, Difference, Histogram, Tally, ulp_distance};

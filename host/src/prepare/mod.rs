@@ -46,6 +46,8 @@ pub struct PreparedScene {
     pub outside: Vec<String>,
     /// The middle of all objects, world units: positions are relative to it.
     pub origin: DVec3,
+    /// The box around all meshes, world units.
+    pub bounds: Bounds,
     /// The camera in world units, also where the scene file has none.
     pub camera: Camera,
     /// Time spent on loading and baking.
@@ -74,6 +76,13 @@ pub struct PreparedObject {
     pub plan: Option<Plan>,
 }
 
+/// What was loaded and made for a scene.
+#[derive(Default)]
+pub struct Assets {
+    meshes: Vec<(PathBuf, MeshOptions, Arc<Mesh>)>,
+    shapes: Shapes,
+}
+
 /// A step of the work, for a progress bar.
 #[derive(Clone, Debug)]
 pub enum Step {
@@ -91,7 +100,23 @@ pub enum Step {
 /// # Errors
 /// [`Error`] for the first object whose assets cannot be used.
 pub fn prepare(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<PreparedScene, Error> {
-    assemble(scene, &|_| true, progress)
+    prepare_with(scene, &mut Assets::default(), progress)
+}
+
+/// As [`prepare`], with what of `assets` has not changed: for scenes of which
+/// one follows from another. Afterwards they are those of `scene`; after an
+/// error, there may be none.
+///
+/// Files are known by their names: what has changed within one is not seen.
+///
+/// # Errors
+/// As [`prepare`].
+pub fn prepare_with(
+    scene: &Scene,
+    assets: &mut Assets,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<PreparedScene, Error> {
+    assemble(scene, &|_| true, assets, progress)
 }
 
 /// As [`prepare`], but for the picture of the scene's own camera only: meshes
@@ -108,6 +133,7 @@ pub fn prepare_view(
         Some(camera) => assemble(
             scene,
             &|bounds| view::sees(scene, &camera, bounds),
+            &mut Assets::default(),
             progress,
         ),
         // That of a scene without one sees everything.
@@ -118,20 +144,30 @@ pub fn prepare_view(
 fn assemble(
     scene: &Scene,
     is_seen: &dyn Fn(&Bounds) -> bool,
+    assets: &mut Assets,
     progress: &(dyn Fn(Step) + Sync),
 ) -> Result<PreparedScene, Error> {
     let start = Instant::now();
     let mut account = Account::new(&scene.path, &scene.limits);
     take_picture(scene, &mut account)?;
-    let meshes = load_meshes(scene, is_seen, &mut account, progress)?;
+    let before = std::mem::take(assets);
+    let meshes = load_meshes(scene, is_seen, before.meshes, &mut account, progress)?;
     let seen = || (0..).zip(&meshes).filter(|(_, mesh)| mesh.mesh.is_some());
     let seen: Vec<usize> = seen().map(|(number, _)| number).collect();
     let mut shapes = Shapes::load(
         seen.iter().map(|&number| &scene.objects[number]),
         scene,
+        before.shapes,
         &mut account,
         progress,
     )?;
+    let kept = scene.objects.iter().zip(&meshes);
+    assets.meshes = kept
+        .filter_map(|(object, loaded)| {
+            let mesh = loaded.mesh.clone()?;
+            Some((object.mesh.clone(), mesh_options(object), mesh))
+        })
+        .collect();
 
     let bounds = meshes
         .iter()
@@ -171,10 +207,12 @@ fn assemble(
         objects,
         outside,
         origin,
+        bounds,
         camera,
         preparation: Duration::ZERO,
     };
     keep_budgets(scene, &mut prepared, &mut shapes, view, progress)?;
+    assets.shapes = shapes;
     prepared.preparation = start.elapsed();
     Ok(prepared)
 }
@@ -243,21 +281,15 @@ fn keep_budgets(
 }
 
 impl PreparedScene {
-    /// The frame of a picture with `factor` samples per pixel side: the same
-    /// view on a finer grid.
+    /// The frame of a picture of `size` pixels from another camera; `scene` is
+    /// the one that was prepared, and has the light and the field of view.
+    pub fn frame_from(&self, scene: &Scene, camera: &Camera, size: [u32; 2]) -> Frame {
+        frame(scene, camera, self.origin, &self.bounds, size)
+    }
+
+    /// The frame of a picture with `factor` samples per pixel side.
     pub fn frame_with_samples(&self, factor: u32) -> Frame {
-        let inverse = 1.0 / f64::from(factor);
-        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
-        let (right, down) = (wide(self.frame.ray_right), wide(self.frame.ray_down));
-        // The first sample's centre is nearer to the pixel's corner.
-        let first = wide(self.frame.ray_first) + (right + down) * (0.5 * inverse - 0.5);
-        Frame {
-            ray_first: narrow(first),
-            ray_right: narrow(right * inverse),
-            ray_down: narrow(down * inverse),
-            size: self.frame.size.map(|side| side * factor as f32),
-            ..self.frame
-        }
+        finer(&self.frame, factor)
     }
 
     /// The same view of `object` alone.
@@ -283,6 +315,22 @@ impl PreparedScene {
             .iter()
             .map(|object| object.triangles.len())
             .sum()
+    }
+}
+
+/// `frame` with `factor` samples per pixel side: the same view on a finer grid.
+pub fn finer(frame: &Frame, factor: u32) -> Frame {
+    let inverse = 1.0 / f64::from(factor);
+    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
+    let (right, down) = (wide(frame.ray_right), wide(frame.ray_down));
+    // The first sample's centre is nearer to the pixel's corner.
+    let first = wide(frame.ray_first) + (right + down) * (0.5 * inverse - 0.5);
+    Frame {
+        ray_first: narrow(first),
+        ray_right: narrow(right * inverse),
+        ray_down: narrow(down * inverse),
+        size: frame.size.map(|side| side * factor as f32),
+        ..*frame
     }
 }
 
@@ -334,6 +382,7 @@ struct Loaded {
 fn load_meshes(
     scene: &Scene,
     is_seen: &dyn Fn(&Bounds) -> bool,
+    before: Vec<(PathBuf, MeshOptions, Arc<Mesh>)>,
     account: &mut Account<'_>,
     progress: &(dyn Fn(Step) + Sync),
 ) -> Result<Vec<Loaded>, Error> {
@@ -341,33 +390,38 @@ fn load_meshes(
     let mut loaded: Vec<(PathBuf, MeshOptions, Loaded)> = Vec::new();
     let mut meshes = Vec::with_capacity(scene.objects.len());
     for object in &scene.objects {
-        let options = MeshOptions {
-            projection: object.projection,
-            scale: object.scale,
-            rotation: rotation(object.rotate),
-            translation: DVec3::from(object.translate),
-            ..MeshOptions::default()
-        };
+        let options = mesh_options(object);
         let known = loaded
             .iter()
             .find(|(path, known, _)| *path == object.mesh && *known == options);
         let mesh = match known {
             Some((_, _, mesh)) => mesh.clone(),
             None => {
-                progress(Step::Mesh(object.mesh.clone()));
-                let within = MeshOptions {
-                    triangle_limit: triangles_left.min(account.left(TRIANGLE_MADE) as usize),
-                    byte_limit: account.left(TEXT_BYTE),
-                    ..options.clone()
+                let kept = before
+                    .iter()
+                    .find(|(path, known, _)| *path == object.mesh && *known == options)
+                    .filter(|(_, _, mesh)| is_seen(&mesh.bounds));
+                let made = match kept {
+                    Some((_, _, mesh)) => Ok(mesh.clone()),
+                    None => {
+                        progress(Step::Mesh(object.mesh.clone()));
+                        let within = MeshOptions {
+                            triangle_limit: triangles_left
+                                .min(account.left(TRIANGLE_MADE) as usize),
+                            byte_limit: account.left(TEXT_BYTE),
+                            ..options.clone()
+                        };
+                        Mesh::load_if(&scene.files, &object.mesh, &within, is_seen)?.map(Arc::new)
+                    }
                 };
-                let mesh = match Mesh::load_if(&scene.files, &object.mesh, &within, is_seen)? {
+                let mesh = match made {
                     Ok(mesh) => {
                         let count = mesh.triangles.len() as u64;
                         let bytes = size_of::<MeshTriangle>() as u64;
                         account.take(object.mesh.display(), count, bytes)?;
                         Loaded {
                             bounds: mesh.bounds,
-                            mesh: Some(Arc::new(mesh)),
+                            mesh: Some(mesh),
                         }
                     }
                     Err(bounds) => Loaded { mesh: None, bounds },
@@ -395,6 +449,17 @@ fn load_meshes(
         meshes.push(mesh);
     }
     Ok(meshes)
+}
+
+/// How the mesh of `object` is made.
+fn mesh_options(object: &SceneObject) -> MeshOptions {
+    MeshOptions {
+        projection: object.projection,
+        scale: object.scale,
+        rotation: rotation(object.rotate),
+        translation: DVec3::from(object.translate),
+        ..MeshOptions::default()
+    }
 }
 
 /// Bytes that a byte of a mesh file is estimated to take while it is read: as

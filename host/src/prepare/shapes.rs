@@ -7,7 +7,7 @@ use crate::limits::Account;
 use crate::scene::{MapOptions, Scene, SceneObject};
 use crate::shape_map::{DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Bytes that a texel of a baked map is estimated to take: in the file and packed.
@@ -34,16 +34,19 @@ pub(super) enum Shape {
 }
 
 /// All patterns of a scene.
+#[derive(Default)]
 pub(super) struct Shapes {
     shapes: BTreeMap<Key, Shape>,
     maps: BTreeMap<(Key, MapOptions), Arc<ShapeMap>>,
 }
 
 impl Shapes {
-    /// Reads the pattern of each of `objects` of `scene`.
+    /// Reads the pattern of each of `objects` of `scene` that was not there
+    /// `before`.
     pub(super) fn load<'a>(
         objects: impl Iterator<Item = &'a SceneObject>,
         scene: &Scene,
+        mut before: Shapes,
         account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Shapes, Error> {
@@ -52,13 +55,19 @@ impl Shapes {
         for object in objects {
             let key = key(object);
             if let std::collections::btree_map::Entry::Vacant(place) = shapes.entry(key) {
-                place.insert(Shape::load(object, scene, account, progress)?);
+                let shape = match before.shapes.remove(place.key()) {
+                    Some(shape) => {
+                        shape.take(&object.shape, account)?;
+                        shape
+                    }
+                    None => Shape::load(object, scene, account, progress)?,
+                };
+                place.insert(shape);
             }
         }
-        Ok(Shapes {
-            shapes,
-            maps: BTreeMap::new(),
-        })
+        let mut maps = before.maps;
+        maps.retain(|(key, _), _| shapes.contains_key(key));
+        Ok(Shapes { shapes, maps })
     }
 
     /// Width and height of the plain pattern of `object`; none if its map is baked.
@@ -107,6 +116,16 @@ impl Shapes {
 }
 
 impl Shape {
+    /// Takes the memory that it needs once it is there.
+    fn take(&self, path: &Path, account: &mut Account<'_>) -> Result<(), Error> {
+        let (size, bytes) = match self {
+            Shape::Baked(map) => ([map.width(), map.height()], TEXEL),
+            Shape::Plain(field) => ([field.width(), field.height()], PIXEL),
+        };
+        let pixels = size.map(u64::from).iter().product();
+        account.take(path.display(), pixels, bytes)
+    }
+
     fn load(
         object: &SceneObject,
         scene: &Scene,
@@ -114,17 +133,13 @@ impl Shape {
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Shape, Error> {
         let path = &object.shape;
-        let name = path.display();
         progress(Step::ShapeMap(path.clone(), 0.0));
         if ShapeMap::is_shape_map_of(&scene.files, path)? {
             let max_pixels = scene.limits.pixels.min(account.left(TEXEL));
             let map = ShapeMap::load_from(&scene.files, path, max_pixels)?;
-            account.take(
-                name,
-                u64::from(map.width()) * u64::from(map.height()),
-                TEXEL,
-            )?;
-            return Ok(Shape::Baked(Arc::new(map)));
+            let shape = Shape::Baked(Arc::new(map));
+            shape.take(path, account)?;
+            return Ok(shape);
         }
         let options = PatternOptions {
             threshold: object.threshold,
@@ -133,7 +148,7 @@ impl Shape {
         };
         let pattern = Pattern::load_from(&scene.files, path, &options)?;
         let pixels = u64::from(pattern.width()) * u64::from(pattern.height());
-        account.take(name, pixels, PIXEL)?;
+        account.take(path.display(), pixels, PIXEL)?;
         Ok(Shape::Plain(signed_distance_field(&pattern, &|fraction| {
             progress(Step::ShapeMap(path.clone(), fraction))
         })))

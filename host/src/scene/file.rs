@@ -1,7 +1,7 @@
 //! The scene file: its keys, its defaults and its checks.
 
 use super::{
-    Camera, Color, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_STEPS, LEAST_BUDGET,
+    Camera, Color, DEFAULT_TOLERANCE, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_STEPS, LEAST_BUDGET,
     Light, MapOptions, Material, Scene, SceneError, SceneObject, Search, Tier,
 };
 use crate::mesh::Projection;
@@ -109,8 +109,6 @@ struct MaterialTable {
     shininess: Option<Spanned<i64>>,
 }
 
-/// The accurate tier's tolerance, pixels.
-const TOLERANCE: f64 = 0.02;
 
 /// A scene file of more bytes is no scene.
 const LARGEST_FILE: u64 = 16 << 20;
@@ -412,7 +410,7 @@ fn object(
             Search::Extrusion
         },
         tier,
-        tolerance: check.within(&table.tolerance, &key("tolerance"), TOLERANCE, 1e-4, 16.0)?,
+        tolerance: check.within(&table.tolerance, &key("tolerance"), DEFAULT_TOLERANCE, 1e-4, 16.0)?,
         slack: check.within(&table.slack, &key("slack"), 0.0, 0.0, 16.0)?,
         steps: check.whole(&table.steps, &key("steps"), steps, 1, LARGEST_STEPS)?,
         bisections: check.whole(&table.bisections, &key("bisections"), bisections, 0, 64)?,

@@ -20,6 +20,9 @@ pub const LARGEST_PICTURE_SIDE: u32 = 16_384;
 /// Largest number of steps of the linear search.
 pub const LARGEST_STEPS: u32 = 65_536;
 
+/// The accurate tier's tolerance where a scene says nothing, pixels.
+pub const DEFAULT_TOLERANCE: f64 = 0.02;
+
 /// Least error that may be asked for, pixels.
 pub const LEAST_BUDGET: f64 = 0.01;
 /// Largest error that may be asked for, pixels.

@@ -137,7 +137,7 @@ impl GpuScene {
 
     /// Draws `frame`, of the targets' size, to `targets`. Pipelines and targets
     /// must be made for `content`.
-    pub(super) fn record(
+    pub(crate) fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         pipelines: &Pipelines,

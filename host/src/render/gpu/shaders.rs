@@ -161,7 +161,10 @@ pub enum Choice {
 
 impl Choice {
     /// The shaders for `device`.
-    pub(super) fn on(self, device: &Device) -> Result<Shaders, RenderError> {
+    ///
+    /// # Errors
+    /// [`RenderError::Device`] where it fails at the canaries.
+    pub fn on(self, device: &Device) -> Result<Shaders, RenderError> {
         match self {
             Choice::These(shaders) => Ok(shaders),
             Choice::Trusted | Choice::Fastest if !device.takes_spirv() => Ok(Shaders::Portable),

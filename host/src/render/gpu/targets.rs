@@ -120,7 +120,7 @@ impl Targets {
     }
 
     /// Copies the targets of `content` to where they can be read.
-    pub(super) fn record_read_back(&self, encoder: &mut wgpu::CommandEncoder, content: Content) {
+    pub(crate) fn record_read_back(&self, encoder: &mut wgpu::CommandEncoder, content: Content) {
         for target in &self.colors[..content.targets()] {
             let Some(buffer) = &target.read_back else {
                 continue;
@@ -141,13 +141,13 @@ impl Targets {
     }
 
     /// Where the words of target `index` can be read, if they were copied.
-    pub(super) fn read_back(&self, index: usize) -> Option<&wgpu::Buffer> {
+    pub(crate) fn read_back(&self, index: usize) -> Option<&wgpu::Buffer> {
         self.colors.get(index)?.read_back.as_ref()
     }
 
     /// The words in `bytes`, the contents of a read-back buffer, without the
     /// rows' padding.
-    pub(super) fn words(&self, bytes: &[u8]) -> Result<Vec<[u32; 4]>, RenderError> {
+    pub(crate) fn words(&self, bytes: &[u8]) -> Result<Vec<[u32; 4]>, RenderError> {
         let count = self.width as usize * self.height as usize;
         let mut words = allocate("the picture", count, [0; 4])?;
         let row_bytes = self.width as usize * size_of::<[u32; 4]>();

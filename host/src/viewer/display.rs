@@ -1,0 +1,153 @@
+//! What pictures of words look like on a screen.
+//!
+//! `present.wgsl` says the same on a GPU; a test compares the two.
+
+use crate::render::{ColorWords, GeometryWords};
+use crate::render::gpu::Content;
+use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
+
+/// What the viewer shows of each pixel.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Show {
+    /// The picture.
+    #[default]
+    Color,
+    /// Cap, wall, bevel or floor.
+    Class,
+    /// The carved normal.
+    Normal,
+    /// Distance from the eye, bright near the nearest.
+    Distance,
+    /// Texture coordinates: u red, v green, each repeat anew.
+    Coordinates,
+    /// Depth below the surface, 0 black to 1 white.
+    Depth,
+    /// Steps of the search, from dark blue over green to yellow.
+    Steps,
+}
+
+impl Show {
+    /// Every one.
+    pub const ALL: [Show; 7] = [
+        Show::Color,
+        Show::Class,
+        Show::Normal,
+        Show::Distance,
+        Show::Coordinates,
+        Show::Depth,
+        Show::Steps,
+    ];
+
+    /// What a person calls it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Show::Color => "Picture",
+            Show::Class => "Surface class",
+            Show::Normal => "Normal",
+            Show::Distance => "Distance",
+            Show::Coordinates => "Texture coordinates",
+            Show::Depth => "Depth",
+            Show::Steps => "Steps",
+        }
+    }
+
+    /// Which words it is made of.
+    pub fn content(self) -> Content {
+        match self {
+            Show::Color => Content::Color,
+            _ => Content::Geometry,
+        }
+    }
+
+    /// Its number in `present.wgsl`.
+    pub fn code(self) -> u32 {
+        self as u32
+    }
+}
+
+/// Ranges that a picture is scaled by.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scale {
+    /// The distance that is white and the one that is black, world units.
+    pub distances: [f32; 2],
+    /// As many steps as the brightest colour stands for.
+    pub steps: f32,
+}
+
+/// sRGB, 0…1, of a pixel of a picture of colours.
+pub fn color(words: [u32; 4]) -> [f32; 3] {
+    let [r, g, b, _] = words.map(f32::from_bits);
+    [r, g, b].map(encode)
+}
+
+/// sRGB, 0…1, of a pixel of a picture of geometry.
+pub fn geometry(show: Show, place: [u32; 4], surface: [u32; 4], scale: &Scale) -> [f32; 3] {
+    let class = surface[0] & 255;
+    if class == CLASS_MISS {
+        return [0.5; 3];
+    }
+    let [t, u, v, depth] = place.map(f32::from_bits);
+    match show {
+        Show::Color => [0.5; 3],
+        Show::Class => match class {
+            CLASS_CAP => [0.95, 0.78, 0.25],
+            CLASS_WALL => [0.80, 0.35, 0.20],
+            CLASS_BEVEL => [0.55, 0.75, 0.40],
+            CLASS_FLOOR => [0.20, 0.40, 0.65],
+            _ => [1.0, 0.0, 1.0],
+        },
+        Show::Normal => {
+            let [_, x, y, z] = surface.map(f32::from_bits);
+            [x, y, z].map(|axis| 0.5 * axis + 0.5)
+        }
+        Show::Distance => {
+            let [near, far] = scale.distances;
+            [1.0 - ((t - near) / (far - near)).clamp(0.0, 1.0); 3]
+        }
+        Show::Coordinates => [u - u.floor(), v - v.floor(), 0.0],
+        Show::Depth => [depth.clamp(0.0, 1.0); 3],
+        Show::Steps => heat((surface[0] >> 8) as f32 / scale.steps),
+    }
+}
+
+/// Dark blue, green, yellow for 0, 0.5 and 1.
+fn heat(x: f32) -> [f32; 3] {
+    let stops = [[0.15, 0.05, 0.40], [0.10, 0.60, 0.45], [1.0, 0.90, 0.20]];
+    let x = 2.0 * x.clamp(0.0, 1.0);
+    let (from, to, part) = if x < 1.0 {
+        (stops[0], stops[1], x)
+    } else {
+        (stops[1], stops[2], x - 1.0)
+    };
+    std::array::from_fn(|i| from[i] + (to[i] - from[i]) * part)
+}
+
+/// The sRGB of a linear channel.
+fn encode(linear: f32) -> f32 {
+    let x = linear.clamp(0.0, 1.0);
+    if x <= 0.003_130_8 {
+        12.92 * x
+    } else {
+        1.055 * x.powf(1.0 / 2.4) - 0.055
+    }
+}
+
+/// RGBA bytes of a picture of colours.
+pub fn color_bytes(words: &ColorWords) -> Vec<u8> {
+    bytes(words.words.iter().map(|&words| color(words)))
+}
+
+/// RGBA bytes of a picture of geometry.
+pub fn geometry_bytes(show: Show, words: &GeometryWords, scale: &Scale) -> Vec<u8> {
+    let pixels = words.place.iter().zip(&words.surface);
+    bytes(pixels.map(|(&place, &surface)| geometry(show, place, surface, scale)))
+}
+
+fn bytes(pixels: impl Iterator<Item = [f32; 3]>) -> Vec<u8> {
+    pixels
+        .flat_map(|rgb| {
+            let [r, g, b] = rgb.map(|channel| (255.0 * channel + 0.5) as u8);
+            [r, g, b, 255]
+        })
+        .collect()
+}

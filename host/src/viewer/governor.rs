@@ -1,0 +1,74 @@
+//! How large pictures may be while something moves.
+
+use std::time::Duration;
+
+/// What a frame in motion may take: 10 in a second, with room for the window
+/// itself.
+const WANTED: Duration = Duration::from_millis(60);
+/// The coarsest picture: each of its pixels covers 8 × 8.
+const COARSEST: f64 = 1.0 / 8.0;
+
+/// Chooses the resolution of pictures in motion by what the last ones took.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Governor {
+    /// Seconds a pixel, smoothed.
+    cost: Option<f64>,
+}
+
+impl Governor {
+    /// A picture of this size took so long.
+    pub fn learn(&mut self, [width, height]: [u32; 2], took: Duration) {
+        let pixels = (f64::from(width) * f64::from(height)).max(1.0);
+        let cost = took.as_secs_f64() / pixels;
+        // Costs that rise are believed at once, others by and by.
+        self.cost = Some(match self.cost {
+            Some(before) if cost < before => 0.7 * before + 0.3 * cost,
+            _ => cost,
+        });
+    }
+
+    /// The size of a picture in motion that is `size` at rest.
+    pub fn size(&self, size: [u32; 2]) -> [u32; 2] {
+        let Some(cost) = self.cost else {
+            // Nothing is known: a quarter of the pixels.
+            return scaled(size, 0.5);
+        };
+        let pixels = f64::from(size[0]) * f64::from(size[1]);
+        let share = WANTED.as_secs_f64() / (cost * pixels).max(1e-9);
+        scaled(size, share.sqrt().clamp(COARSEST, 1.0))
+    }
+}
+
+fn scaled(size: [u32; 2], factor: f64) -> [u32; 2] {
+    size.map(|side| ((f64::from(side) * factor).round() as u32).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slow_pictures_become_smaller_until_they_are_fast_enough() {
+        let mut governor = Governor::default();
+        let full = [640, 480];
+        // A device that takes 1 µs a pixel: 0.3 s for all.
+        for _ in 0..3 {
+            let size = governor.size(full);
+            let pixels = f64::from(size[0]) * f64::from(size[1]);
+            governor.learn(size, Duration::from_secs_f64(1e-6 * pixels));
+        }
+        let size = governor.size(full);
+        let took = 1e-6 * f64::from(size[0]) * f64::from(size[1]);
+        assert!(took < 0.065 && took > 0.05, "{size:?}");
+    }
+
+    #[test]
+    fn fast_devices_draw_everything_and_slow_ones_something() {
+        let mut governor = Governor::default();
+        governor.learn([640, 480], Duration::from_micros(300));
+        assert_eq!(governor.size([640, 480]), [640, 480]);
+        governor.learn([640, 480], Duration::from_secs(100));
+        assert_eq!(governor.size([640, 480]), [80, 60]);
+        assert_eq!(governor.size([1, 1]), [1, 1]);
+    }
+}

@@ -1,0 +1,811 @@
+//! The viewer: a scene that can be turned, and every parameter under a slider.
+//!
+//! ```text
+//! controls   sliders            → the scene
+//! orbit      pointer and keys   → the camera
+//! workshop   the scene          → prepared, beside the window
+//! stage      prepared, camera   → words → the screen, by the window's own device
+//! governor   how long that took → how large the next picture in motion is
+//! display    what of the words the screen shows
+//! judge      prepared, camera   → how wrong it is
+//! platform   desktop or browser: where files go
+//! probe      what is on the window, as data
+//! ```
+
+pub mod display;
+mod controls;
+mod governor;
+mod judge;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod native;
+pub mod orbit;
+pub mod platform;
+pub mod probe;
+pub mod stage;
+mod wireframe;
+mod workshop;
+
+use crate::Files;
+use crate::prepare::{PreparedScene, finer};
+use crate::scene::{Camera, Scene, Tier};
+use controls::{Controls, tidy};
+use display::{Scale, Show};
+use eframe::egui::{self, Key, Modifiers, Rect, Sense, Ui, Vec2, vec2};
+use eframe::egui_wgpu;
+use governor::Governor;
+use judge::Judgement;
+use platform::Platform;
+use probe::{Collector, Probe};
+use relievo_bitwise::Device;
+use relievo_shared::layout::Frame;
+use stage::{Look, Stage};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use web_time::Instant;
+use wireframe::Wireframe;
+use workshop::{Delivery, Order, Workshop};
+
+/// How long after the last change the picture is drawn at full resolution.
+const REST: Duration = Duration::from_millis(150);
+/// The longest side of a picture on the screen, pixels.
+const LARGEST_SCREEN: f32 = 4096.0;
+/// Radians that an arrow key turns the camera by, and shares of the picture
+/// that it moves it by.
+const KEY_TURN: f64 = 0.1;
+
+/// A scene in a window.
+pub struct Viewer {
+    platform: Box<dyn Platform>,
+    scene: Scene,
+    selected: usize,
+    /// The name of saved files, without an ending.
+    name: String,
+    camera: Option<Camera>,
+    /// The tier that is shown beside the scene's own.
+    compared: Option<Tier>,
+    split: f32,
+    show: Show,
+    has_wireframe: bool,
+    is_judged: bool,
+
+    workshop: Workshop,
+    ordered: u64,
+    shown: u64,
+    prepared: Vec<Arc<PreparedScene>>,
+    wireframe: Option<Wireframe>,
+
+    stage: Stage,
+    egui_renderer: Arc<egui::mutex::RwLock<egui_wgpu::Renderer>>,
+    screen: Option<egui::TextureId>,
+    governor: Governor,
+    drawn: Option<Drawn>,
+    moved: Instant,
+    judgement: Option<egui::TextureHandle>,
+    is_judging: bool,
+    judged: u64,
+
+    message: String,
+    is_wrong: bool,
+    is_saving: bool,
+    dropped: Arc<std::sync::Mutex<Vec<(PathBuf, Result<Vec<u8>, String>)>>>,
+    started: Instant,
+    probe: Probe,
+}
+
+/// All that a picture on the screen follows from.
+#[derive(Clone, Debug, PartialEq)]
+struct Drawn {
+    number: u64,
+    camera: Camera,
+    look: Look,
+    size: [u32; 2],
+}
+
+impl Viewer {
+    /// Shows `scene` with the device of `context`.
+    ///
+    /// # Errors
+    /// Where there is no such device, or it fails.
+    pub fn new(
+        context: &eframe::CreationContext<'_>,
+        scene: Scene,
+        platform: Box<dyn Platform>,
+        started: Instant,
+    ) -> Result<Viewer, crate::Error> {
+        let state = context.wgpu_render_state.as_ref().ok_or_else(|| {
+            crate::render::RenderError::NoAdapter {
+                wanted: "for the window".to_string(),
+                found: "it is drawn without one".to_string(),
+            }
+        })?;
+        let device = Device::shared(&state.adapter, state.device.clone(), state.queue.clone())
+            .map_err(crate::render::RenderError::from)?;
+        let stage = Stage::new(device)?;
+        let egui = context.egui_ctx.clone();
+        let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy();
+        let mut viewer = Viewer {
+            name: format!("{stem}-view"),
+            camera: scene.camera,
+            platform,
+            scene,
+            selected: 0,
+            compared: None,
+            split: 0.5,
+            show: Show::Color,
+            has_wireframe: false,
+            is_judged: false,
+            workshop: Workshop::new(move || egui.request_repaint()),
+            ordered: 0,
+            shown: 0,
+            prepared: Vec::new(),
+            wireframe: None,
+            stage,
+            egui_renderer: state.renderer.clone(),
+            screen: None,
+            governor: Governor::default(),
+            drawn: None,
+            moved: started,
+            judgement: None,
+            is_judging: false,
+            judged: 0,
+            message: "Preparing the scene …".to_string(),
+            is_wrong: false,
+            is_saving: false,
+            dropped: Arc::default(),
+            started,
+            probe: Probe::default(),
+        };
+        viewer.order(false);
+        Ok(viewer)
+    }
+
+    /// Has the scene prepared as it is now.
+    fn order(&mut self, anew: bool) {
+        self.ordered += 1;
+        self.moved = Instant::now();
+        let mut scenes = vec![self.scene.clone()];
+        if let Some(tier) = self.compared {
+            let mut other = self.scene.clone();
+            for object in &mut other.objects {
+                object.budget = None;
+                object.tier = tier;
+                tidy(object);
+            }
+            scenes.push(other);
+        }
+        self.workshop.order(Order::Prepare {
+            number: self.ordered,
+            scenes,
+            anew,
+        });
+    }
+
+    /// Takes what the workshop has made.
+    fn receive(&mut self, context: &egui::Context) {
+        while let Some(delivery) = self.workshop.delivery() {
+            match delivery {
+                Delivery::Prepared(number, Ok(scenes)) => self.show_scenes(number, scenes),
+                Delivery::Prepared(number, Err(problem)) => {
+                    // What is shown stays; the next change may be better.
+                    self.complain(problem);
+                    self.shown = number;
+                }
+                Delivery::Judged(number, judged) => {
+                    self.is_judging = false;
+                    match judged {
+                        Ok(judgement) => self.show_judgement(context, number, &judgement),
+                        Err(problem) => self.complain(problem),
+                    }
+                }
+            }
+        }
+    }
+
+    fn show_scenes(&mut self, number: u64, scenes: Vec<Arc<PreparedScene>>) {
+        let all: Vec<&PreparedScene> = scenes.iter().map(Arc::as_ref).collect();
+        self.shown = number;
+        self.drawn = None;
+        if let Err(error) = self.stage.put(&all) {
+            self.prepared.clear();
+            return self.complain(error.to_string());
+        }
+        if let Some(first) = scenes.first() {
+            self.camera.get_or_insert(first.camera);
+            self.wireframe = Wireframe::of(first);
+            let plans = first.objects.iter().filter_map(|object| object.plan.as_ref());
+            let plans: Vec<String> = plans.map(|plan| format!("; {plan}")).collect();
+            self.say(format!(
+                "{} triangles, prepared in {:.0} ms{}",
+                first.triangle_count(),
+                first.preparation.as_secs_f64() * 1e3,
+                plans.concat()
+            ));
+        }
+        self.prepared = scenes;
+    }
+
+    fn show_judgement(&mut self, context: &egui::Context, number: u64, judgement: &Judgement) {
+        if number != self.judged {
+            return;
+        }
+        let picture = &judgement.picture;
+        let size = [picture.width as usize, picture.height as usize];
+        let image = egui::ColorImage::from_rgb(size, &picture.bytes);
+        let nearest = egui::TextureOptions::NEAREST;
+        self.judgement = Some(context.load_texture("error", image, nearest));
+        self.say(judgement.text.clone());
+    }
+
+    fn say(&mut self, message: String) {
+        (self.message, self.is_wrong) = (message, false);
+    }
+
+    fn complain(&mut self, message: String) {
+        tracing::warn!("{message}");
+        (self.message, self.is_wrong) = (message, true);
+    }
+
+    /// Whether something has changed a moment ago.
+    fn is_moving(&self) -> bool {
+        self.moved.elapsed() < REST || self.ordered != self.shown
+    }
+
+    fn set_camera(&mut self, camera: Camera) {
+        if self.camera != Some(camera) {
+            self.camera = Some(camera);
+            self.moved = Instant::now();
+        }
+    }
+
+    /// The picture's frame from the camera, with `size` pixels.
+    fn frames(&self, camera: &Camera, size: [u32; 2]) -> Vec<Frame> {
+        let prepared = self.prepared.iter();
+        prepared
+            .map(|scene| scene.frame_from(&self.scene, camera, size))
+            .collect()
+    }
+
+    /// How pictures from `camera` are shown.
+    fn look(&self, camera: &Camera) -> Look {
+        let bounds = self.prepared.first().map(|scene| scene.bounds);
+        let [near, far] = bounds.map_or([0.0, 1.0], |bounds| {
+            let eye = glam::DVec3::from(camera.eye);
+            let distance = eye.distance(bounds.centre());
+            let half = 0.5 * bounds.diagonal();
+            [(distance - half).max(0.0) as f32, (distance + half) as f32]
+        });
+        let steps = self.scene.objects.iter().map(|object| object.steps).max();
+        Look {
+            show: self.show,
+            split: self.split,
+            scale: Scale {
+                distances: [near, far],
+                steps: steps.unwrap_or(96).min(64) as f32,
+            },
+        }
+    }
+
+    /// Draws what is to be seen in a picture of `full` pixels, if it is not on
+    /// the screen.
+    fn draw(&mut self, full: [u32; 2]) {
+        let Some(camera) = self.camera else { return };
+        if self.prepared.is_empty() || self.stage.is_busy() {
+            return;
+        }
+        if let Some((size, took)) = self.stage.last_frame() {
+            if self.drawn.as_ref().is_some_and(|drawn| drawn.size == size) {
+                self.probe.frame_ms = took.as_secs_f64() * 1e3;
+                self.probe.frame_size = size;
+                self.governor.learn(size, took);
+            }
+            if self.probe.first_picture_ms.is_none() {
+                let since = self.started.elapsed();
+                self.probe.first_picture_ms = Some(since.as_secs_f64() * 1e3);
+            }
+        }
+        let size = if self.is_moving() {
+            self.governor.size(full)
+        } else {
+            full
+        };
+        let wanted = Drawn {
+            number: self.shown,
+            camera,
+            look: self.look(&camera),
+            size,
+        };
+        if self.drawn.as_ref() == Some(&wanted) {
+            return;
+        }
+        let frames = self.frames(&camera, size);
+        match self.stage.draw(&frames, &wanted.look) {
+            Ok(Some(view)) => {
+                let mut renderer = self.egui_renderer.write();
+                let filter = eframe::wgpu::FilterMode::Linear;
+                let device = self.stage.device().wgpu();
+                match self.screen {
+                    Some(id) => {
+                        renderer.update_egui_texture_from_wgpu_texture(device, view, filter, id);
+                    }
+                    None => {
+                        self.screen = Some(renderer.register_native_texture(device, view, filter));
+                    }
+                }
+            }
+            Ok(None) => {}
+            Err(error) => return self.complain(error.to_string()),
+        }
+        self.probe.frames += 1;
+        self.drawn = Some(wanted);
+    }
+
+    /// Whether the screen shows all that was asked for.
+    fn is_settled(&self, full: [u32; 2]) -> bool {
+        !self.is_moving()
+            && !self.is_saving
+            && self.drawn.as_ref().is_some_and(|drawn| {
+                drawn.size == full
+                    && Some(drawn.camera) == self.camera
+                    && drawn.number == self.shown
+                    && drawn.look == self.look(&drawn.camera)
+            })
+    }
+
+    /// The scene as it would be saved, with the camera of the screen.
+    fn saved_scene(&self) -> Scene {
+        Scene {
+            camera: self.camera,
+            ..self.scene.clone()
+        }
+    }
+
+    fn save_scene(&mut self) {
+        let scene = self.saved_scene();
+        let mut files = vec![(
+            format!("{}.toml", self.name),
+            scene.to_toml(self.platform.folder()).into_bytes(),
+        )];
+        if self.platform.keeps_files()
+            && let Files::Memory(all) = &scene.files
+        {
+            for path in scene.file_names() {
+                let name = crate::files::normal(path);
+                if let Some(bytes) = all.get(&name) {
+                    files.push((name.to_string_lossy().into_owned(), bytes.to_vec()));
+                }
+            }
+        }
+        match self.platform.save(&files) {
+            Ok(place) => self.say(format!("Saved {place}")),
+            Err(problem) => self.complain(problem),
+        }
+    }
+
+    /// Begins to draw the picture as `render` would.
+    fn save_picture(&mut self) {
+        let Some(camera) = self.camera.filter(|_| self.ordered == self.shown) else {
+            return;
+        };
+        let factor = self.scene.supersampling;
+        let frames = self.frames(&camera, self.scene.size);
+        let Some(frame) = frames.first() else { return };
+        match self.stage.save(&finer(frame, factor), factor) {
+            Ok(()) => self.is_saving = true,
+            Err(error) => self.complain(error.to_string()),
+        }
+        // The scene on the device has another camera now.
+        self.drawn = None;
+    }
+
+    fn finish_picture(&mut self) {
+        if !self.is_saving {
+            return;
+        }
+        let Some(picture) = self.stage.saved() else {
+            return;
+        };
+        self.is_saving = false;
+        let text = self.saved_scene().to_toml(self.platform.folder());
+        let software = concat!("relievo ", env!("CARGO_PKG_VERSION"));
+        let comments = [("Software", software), ("relievo-scene", text.as_str())];
+        let saved = picture
+            .map_err(crate::Error::from)
+            .and_then(|picture| picture.png(&comments))
+            .map_err(|error| error.to_string())
+            .and_then(|png| self.platform.save(&[(format!("{}.png", self.name), png)]));
+        match saved {
+            Ok(place) => self.say(format!("Saved {place}")),
+            Err(problem) => self.complain(problem),
+        }
+    }
+
+    /// Reads what was dropped on the window; it arrives in [`Viewer::adopt`].
+    fn read_dropped(&self, context: &egui::Context) {
+        let files = context.input_mut(|input| std::mem::take(&mut input.raw.dropped_files));
+        for file in files {
+            let dropped = self.dropped.clone();
+            let arrived = move |path: PathBuf, bytes| {
+                let mut dropped = dropped.lock().unwrap_or_else(|lock| lock.into_inner());
+                dropped.push((path, bytes));
+            };
+            #[cfg(not(target_arch = "wasm32"))]
+            arrived(file.path().to_path_buf(), Ok(Vec::new()));
+            #[cfg(target_arch = "wasm32")]
+            {
+                let context = context.clone();
+                wasm_bindgen_futures::spawn_local(async move {
+                    let bytes = file.bytes_async().await;
+                    arrived(file.path().to_path_buf(), bytes);
+                    context.request_repaint();
+                });
+            }
+        }
+    }
+
+    /// Makes dropped files the mesh or the pattern of the selected object.
+    fn adopt(&mut self) {
+        let dropped = std::mem::take(
+            &mut *self.dropped.lock().unwrap_or_else(|lock| lock.into_inner()),
+        );
+        for (path, bytes) in dropped {
+            match bytes {
+                Ok(bytes) => self.take_file(&path, bytes),
+                Err(problem) => self.complain(format!("cannot read {}: {problem}", path.display())),
+            }
+        }
+    }
+
+    /// Uses a file by its ending; `bytes` are those of a file that is on no disk.
+    fn take_file(&mut self, path: &Path, bytes: Vec<u8>) {
+        let Some(object) = self.scene.objects.get_mut(self.selected) else {
+            return;
+        };
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        let is_mesh = ["obj", "gltf", "glb"].contains(&ending.to_lowercase().as_str());
+        let mut name = path.to_path_buf();
+        match &mut self.scene.files {
+            Files::Memory(files) => {
+                // A name of its own: what has been read is known by its name.
+                let folder = PathBuf::from(format!("dropped-{}", self.ordered + 1));
+                name = folder.join(path.file_name().unwrap_or_default());
+                Arc::make_mut(files).insert(name.clone(), bytes.into());
+            }
+            // Who drops a file allows it to be read.
+            files => *files = Files::Disk,
+        }
+        if is_mesh {
+            object.mesh = name;
+            // Of another size, and seen from elsewhere.
+            (object.depth, self.camera) = (None, None);
+        } else {
+            object.shape = name;
+        }
+        self.order(false);
+    }
+
+    fn keys(&mut self, ui: &Ui, on_picture: bool) {
+        let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, key));
+        if pressed(Key::S) {
+            self.save_scene();
+        }
+        if pressed(Key::P) {
+            self.save_picture();
+        }
+        if ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::F5)) {
+            self.order(true);
+        }
+        let Some(camera) = self.camera.filter(|_| on_picture) else {
+            return;
+        };
+        let field_of_view = self.scene.field_of_view;
+        let mut camera = camera;
+        ui.input(|input| {
+            let count = |key| input.num_presses(key) as f64;
+            let right = count(Key::ArrowRight) - count(Key::ArrowLeft);
+            let up = count(Key::ArrowUp) - count(Key::ArrowDown);
+            if right != 0.0 || up != 0.0 {
+                camera = if input.modifiers.shift {
+                    orbit::pan(&camera, KEY_TURN * right, KEY_TURN * up, field_of_view)
+                } else {
+                    orbit::orbit(&camera, KEY_TURN * right, KEY_TURN * up)
+                };
+            }
+            let nearer = count(Key::Plus) + count(Key::Equals) - count(Key::Minus);
+            if nearer != 0.0 {
+                camera = orbit::zoom(&camera, 1.1f64.powf(nearer));
+            }
+            if input.key_pressed(Key::Home)
+                && let Some(first) = self.prepared.first()
+            {
+                camera = first.camera;
+            }
+        });
+        self.set_camera(camera);
+    }
+
+    /// Turns, moves and zooms by what the pointer did on the picture.
+    fn point(&mut self, ui: &Ui, response: &egui::Response, height: f32) {
+        let Some(camera) = self.camera else { return };
+        let field_of_view = self.scene.field_of_view;
+        let drag = response.drag_delta();
+        let share = |points: f32| f64::from(points / height.max(1.0));
+        let mut next = camera;
+        let pans = response.dragged_by(egui::PointerButton::Secondary)
+            || response.dragged_by(egui::PointerButton::Middle)
+            || (response.dragged() && ui.input(|input| input.modifiers.shift));
+        if pans {
+            next = orbit::pan(&next, -share(drag.x), share(drag.y), field_of_view);
+        } else if response.dragged() {
+            let turn = std::f64::consts::PI;
+            next = orbit::orbit(&next, -turn * share(drag.x), turn * share(drag.y));
+        }
+        if response.hovered() {
+            let (scroll, pinch) =
+                ui.input(|input| (input.smooth_scroll_delta().y, input.zoom_delta()));
+            let factor = (f64::from(scroll) * 0.004).exp() * f64::from(pinch);
+            if factor != 1.0 {
+                next = orbit::zoom(&next, factor);
+            }
+        }
+        if response.double_clicked()
+            && let Some(first) = self.prepared.first()
+        {
+            next = first.camera;
+        }
+        self.set_camera(next);
+    }
+
+    /// The picture, as large as it fits into `ui` with the scene's proportions.
+    fn picture(&mut self, ui: &mut Ui, collector: &Collector) {
+        let space = ui.available_rect_before_wrap();
+        let [width, height] = self.scene.size.map(|side| side as f32);
+        let scale = (space.width() / width).min(space.height() / height).max(0.0);
+        let rectangle =
+            Rect::from_center_size(space.center(), scale * vec2(width, height)).intersect(space);
+        let response = ui.interact(rectangle, ui.id().with("picture"), Sense::click_and_drag());
+        response.widget_info(|| {
+            egui::WidgetInfo::labeled(egui::WidgetType::Image, true, "The picture: arrow keys turn, with shift move, plus and minus zoom, Home resets")
+        });
+        collector.add("Picture", rectangle, self.show.name());
+        if response.clicked() || response.dragged() {
+            response.request_focus();
+        }
+        if response.has_focus() {
+            // The arrow keys belong to the camera, not to the focus.
+            ui.memory_mut(|memory| {
+                memory.set_focus_lock_filter(
+                    response.id,
+                    egui::EventFilter {
+                        horizontal_arrows: true,
+                        vertical_arrows: true,
+                        ..Default::default()
+                    },
+                );
+            });
+        }
+        self.point(ui, &response, rectangle.height());
+        self.keys(ui, response.has_focus());
+
+        let points = rectangle.size() * ui.ctx().pixels_per_point();
+        let full = [points.x, points.y].map(|side| side.round().clamp(1.0, LARGEST_SCREEN) as u32);
+        self.draw(full);
+        self.judge(full);
+        let painter = ui.painter_at(rectangle);
+        let whole = Rect::from_min_size(egui::Pos2::ZERO, Vec2::splat(1.0));
+        let judged = self.judgement.as_ref().map(egui::TextureHandle::id);
+        let texture = judged.or(self.screen);
+        if let Some(texture) = texture {
+            painter.image(texture, rectangle, whole, egui::Color32::WHITE);
+        }
+        if self.has_wireframe {
+            self.paint_wireframe(&painter, rectangle);
+        }
+        if self.compared.is_some() && !self.is_judged {
+            self.split_bar(ui, &painter, rectangle, collector);
+        }
+        if response.has_focus() {
+            let stroke = ui.visuals().selection.stroke;
+            painter.rect_stroke(rectangle, 0.0, stroke, egui::StrokeKind::Inside);
+        }
+        self.probe.settled = self.is_settled(full);
+        if !self.probe.settled || self.stage.is_busy() {
+            ui.ctx().request_repaint_after(Duration::from_millis(10));
+        }
+    }
+
+    fn paint_wireframe(&self, painter: &egui::Painter, rectangle: Rect) {
+        let (Some(camera), Some(wireframe)) = (self.camera, &self.wireframe) else {
+            return;
+        };
+        let frames = self.frames(&camera, self.scene.size);
+        let Some(frame) = frames.first() else { return };
+        let stroke = egui::Stroke::new(1.0, egui::Color32::from_black_alpha(150));
+        let at = |[x, y]: [f32; 2]| rectangle.min + vec2(x, y) * rectangle.size();
+        painter.extend(
+            wireframe
+                .seen(frame)
+                .map(|ends| egui::Shape::line_segment(ends.map(at), stroke)),
+        );
+    }
+
+    /// The bar between two tiers, which can be dragged and moved by keys.
+    fn split_bar(
+        &mut self,
+        ui: &mut Ui,
+        painter: &egui::Painter,
+        rectangle: Rect,
+        collector: &Collector,
+    ) {
+        let x = rectangle.left() + self.split * rectangle.width();
+        let bar = Rect::from_center_size(
+            egui::pos2(x, rectangle.center().y),
+            vec2(12.0, rectangle.height()),
+        );
+        let response = ui
+            .interact(bar, ui.id().with("split"), Sense::click_and_drag())
+            .on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
+        collector.add("Split", bar, self.split);
+        response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(self.split), "Split"));
+        let mut split = self.split + response.drag_delta().x / rectangle.width().max(1.0);
+        if response.dragged() {
+            response.request_focus();
+        }
+        if response.has_focus() {
+            let keys = ui.input(|input| {
+                input.num_presses(Key::ArrowRight) as f32 - input.num_presses(Key::ArrowLeft) as f32
+            });
+            split += 0.02 * keys;
+        }
+        let split = split.clamp(0.0, 1.0);
+        if split != self.split {
+            self.split = split;
+            self.moved = Instant::now();
+        }
+        let color = ui.style().interact(&response).fg_stroke.color;
+        painter.vline(x, rectangle.y_range(), egui::Stroke::new(3.0, egui::Color32::BLACK));
+        painter.vline(x, rectangle.y_range(), egui::Stroke::new(1.5, color));
+        let own = self.scene.objects.get(self.selected);
+        let left = own.map_or("", |object| object.tier.name());
+        let right = self.compared.map_or("", Tier::name);
+        let font = egui::FontId::proportional(14.0);
+        for (align, offset, name) in [
+            (egui::Align2::RIGHT_TOP, -8.0, left),
+            (egui::Align2::LEFT_TOP, 8.0, right),
+        ] {
+            let place = egui::pos2(x + offset, rectangle.top() + 6.0);
+            let shadow = place + vec2(1.0, 1.0);
+            painter.text(shadow, align, name, font.clone(), egui::Color32::BLACK);
+            painter.text(place, align, name, font.clone(), egui::Color32::WHITE);
+        }
+    }
+
+    /// Has the picture judged against the oracle once it stands still.
+    fn judge(&mut self, full: [u32; 2]) {
+        if !self.is_judged || self.is_moving() {
+            self.judgement = None;
+            // One that is under way is of another picture.
+            self.judged += 1;
+            return;
+        }
+        let (Some(camera), Some(first)) = (self.camera, self.prepared.first()) else {
+            return;
+        };
+        if self.judgement.is_some() || self.is_judging || !self.is_settled(full) {
+            return;
+        }
+        let size = judge::size(self.scene.size);
+        self.judged += 1;
+        self.is_judging = true;
+        self.workshop.order(Order::Judge {
+            number: self.judged,
+            scene: first.clone(),
+            camera,
+            frame: Box::new(first.frame_from(&self.scene, &camera, size)),
+        });
+        self.say("Judging the picture …".to_string());
+    }
+
+    fn panel(&mut self, ui: &mut Ui, collector: &Collector) {
+        let mut controls = Controls::new(ui, collector);
+        let shows = Show::ALL.into_iter().map(|show| (show, show.name()));
+        controls.choice("Show", &mut self.show, shows);
+        controls.flag("Wireframe", &mut self.has_wireframe);
+        controls.flag("Error against the oracle", &mut self.is_judged);
+        let tiers = Tier::ALL.into_iter().map(|tier| (Some(tier), tier.name()));
+        let none = std::iter::once((None, "nothing"));
+        let mut is_changed = controls.choice("Compare with", &mut self.compared, none.chain(tiers));
+
+        ui.separator();
+        if self.scene.objects.len() > 1 {
+            let selected = &mut self.selected;
+            egui::ComboBox::from_label("Object")
+                .selected_text(&self.scene.objects[*selected].name)
+                .show_ui(ui, |ui| {
+                    for (number, object) in self.scene.objects.iter().enumerate() {
+                        ui.selectable_value(selected, number, &object.name);
+                    }
+                });
+        }
+        let mut controls = Controls::new(ui, collector);
+        if let Some(object) = self.scene.objects.get_mut(self.selected) {
+            controls.object(object, self.prepared.first());
+        }
+        controls.scene(&mut self.scene);
+        is_changed |= controls.changed();
+        if is_changed {
+            self.order(false);
+        }
+
+        ui.separator();
+        let label = ui.label("Name of saved files");
+        let field = ui
+            .text_edit_singleline(&mut self.name)
+            .labelled_by(label.id);
+        collector.add("Name of saved files", field.rect, &self.name);
+        let mut controls = Controls::new(ui, collector);
+        if controls.button("Save picture (Ctrl P)") {
+            self.save_picture();
+        }
+        if controls.button("Save scene (Ctrl S)") {
+            self.save_scene();
+        }
+        ui.separator();
+        ui.small("Drop a mesh or a pattern on the window. Drag turns, shift or the right button moves, the wheel zooms, a double click resets.");
+    }
+
+    fn status(&mut self, ui: &mut Ui) {
+        ui.horizontal_wrapped(|ui| {
+            egui::widgets::global_theme_preference_switch(ui);
+            let [width, height] = self.probe.frame_size;
+            let memory = self.stage.bytes() as f64 / f64::from(1 << 20);
+            ui.label(format!(
+                "{width} × {height}: {:.1} ms, {memory:.1} MiB",
+                self.probe.frame_ms
+            ));
+            ui.separator();
+            let color = if self.is_wrong {
+                ui.visuals().error_fg_color
+            } else {
+                ui.visuals().text_color()
+            };
+            ui.colored_label(color, &self.message);
+            if let Some(notice) = self.platform.notice() {
+                ui.separator();
+                ui.colored_label(ui.visuals().warn_fg_color, notice);
+            }
+        });
+        ui.small(self.stage.describe());
+    }
+
+    /// Tells the platform what has changed since it was told last.
+    fn tell(&mut self, collector: Collector) {
+        let before = self.probe.clone();
+        self.probe.controls = collector.into_controls();
+        self.probe.message.clone_from(&self.message);
+        self.probe.renderer = self.stage.describe().to_string();
+        self.probe.scene = self.saved_scene().to_toml(self.platform.folder());
+        if self.probe != before {
+            self.platform.tell(&self.probe);
+        }
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        let collector = Collector::default();
+        self.read_dropped(&context);
+        self.adopt();
+        self.receive(&context);
+        self.finish_picture();
+        egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
+        egui::Panel::right("controls")
+            .default_size(340.0)
+            .show(ui, |ui| {
+                egui::ScrollArea::vertical().show(ui, |ui| self.panel(ui, &collector));
+            });
+        egui::CentralPanel::default().show(ui, |ui| self.picture(ui, &collector));
+        self.tell(collector);
+    }
+}

@@ -1,0 +1,441 @@
+//! Draws scenes on the window's own device, without waiting for it.
+
+use super::display::{Scale, Show};
+use crate::picture::Picture;
+use crate::prepare::PreparedScene;
+use crate::render::gpu::{Choice, Content, Device, Extent, GpuScene, Pipelines, Targets};
+use crate::render::{ColorWords, RenderError};
+use relievo_shared::layout::Frame;
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+use web_time::Instant;
+
+/// What the screen gets: eight bits a channel, sRGB.
+const SCREEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// How a picture is shown.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Look {
+    /// What of it.
+    pub show: Show,
+    /// The share of the width that the first scene has; the second has the rest.
+    pub split: f32,
+    /// By which ranges.
+    pub scale: Scale,
+}
+
+/// Pipelines, and the one or two scenes that are shown.
+pub struct Stage {
+    device: Device,
+    description: String,
+    pipelines: Pipelines,
+    present: Present,
+    panes: Vec<Pane>,
+    screen: Option<Screen>,
+    last: Arc<Mutex<Progress>>,
+    saving: Option<Saving>,
+}
+
+struct Pane {
+    scene: GpuScene,
+    targets: Option<Targets>,
+}
+
+/// The texture that egui shows.
+struct Screen {
+    size: [u32; 2],
+    view: wgpu::TextureView,
+}
+
+/// What is known of the frame that was submitted last.
+#[derive(Clone, Copy, Default)]
+struct Progress {
+    running: bool,
+    took: Option<([u32; 2], Duration)>,
+}
+
+/// A picture that is being read back.
+struct Saving {
+    targets: Targets,
+    factor: u32,
+    read: Arc<Mutex<Option<Result<(), String>>>>,
+}
+
+impl Stage {
+    /// On `device`, with the shaders that a picture in a file is drawn with.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the device fails at its shaders.
+    pub fn new(device: Device) -> Result<Stage, RenderError> {
+        let shaders = Choice::Trusted.on(&device)?;
+        let pipelines = Pipelines::new(&device, &shaders.module()?);
+        Ok(Stage {
+            description: format!("{}, {}", device.describe(), shaders.describe()),
+            present: Present::new(device.wgpu()),
+            pipelines,
+            device,
+            panes: Vec::new(),
+            screen: None,
+            last: Arc::default(),
+            saving: None,
+        })
+    }
+
+    /// The device that it draws on.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// The device and its shaders, for a person.
+    pub fn describe(&self) -> &str {
+        &self.description
+    }
+
+    /// Shows these scenes, one or two, from now on.
+    ///
+    /// # Errors
+    /// As [`GpuScene::new`].
+    pub fn put(&mut self, scenes: &[&PreparedScene]) -> Result<(), RenderError> {
+        let device = self.device.clone();
+        let mut targets: Vec<_> = self.panes.drain(..).map(|pane| pane.targets).collect();
+        targets.resize_with(scenes.len(), || None);
+        for (scene, targets) in scenes.iter().zip(targets) {
+            let (pipelines, description) = (&mut self.pipelines, &self.description);
+            let scene =
+                device.attempt(|| GpuScene::new(scene, pipelines, Extent::Needed, description))?;
+            self.panes.push(Pane { scene, targets });
+        }
+        Ok(())
+    }
+
+    /// Bytes of the device that scenes and pictures take.
+    pub fn bytes(&self) -> u64 {
+        let pane = |pane: &Pane| {
+            pane.scene.bytes() + pane.targets.as_ref().map_or(0, Targets::bytes)
+        };
+        let screen = self.screen.as_ref().map_or(0, |screen| {
+            4 * u64::from(screen.size[0]) * u64::from(screen.size[1])
+        });
+        self.panes.iter().map(pane).sum::<u64>() + screen
+    }
+
+    /// Whether the frame that was drawn last is not done yet.
+    pub fn is_busy(&self) -> bool {
+        // Polling tells callbacks; it does not wait.
+        let _ = self.device.wgpu().poll(wgpu::PollType::Poll);
+        self.progress().running
+    }
+
+    /// Size of the last frame that was done, and how long it took.
+    pub fn last_frame(&self) -> Option<([u32; 2], Duration)> {
+        self.progress().took
+    }
+
+    fn progress(&self) -> Progress {
+        *self.last.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Draws a frame of each scene, of one size, to the screen; it is done when
+    /// [`Stage::is_busy`] says so. Gives a new view where the screen is another
+    /// than before.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the device fails.
+    pub fn draw(
+        &mut self,
+        frames: &[Frame],
+        look: &Look,
+    ) -> Result<Option<&wgpu::TextureView>, RenderError> {
+        let Some(first) = frames.first() else {
+            return Ok(None);
+        };
+        let size = first.size.map(|side| side as u32);
+        let device = self.device.clone();
+        let is_new = device.attempt(|| self.submit(frames, size, look))?;
+        Ok(self.screen.as_ref().filter(|_| is_new).map(|screen| &screen.view))
+    }
+
+    fn submit(
+        &mut self,
+        frames: &[Frame],
+        size: [u32; 2],
+        look: &Look,
+    ) -> Result<bool, RenderError> {
+        let content = look.show.content();
+        let (device, queue) = (self.device.wgpu(), self.device.queue());
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        for (pane, frame) in self.panes.iter_mut().zip(frames) {
+            pane.scene.make(&mut self.pipelines, content)?;
+            let kept = pane.targets.take().filter(|kept| kept.size() == size);
+            let targets = pane.targets.insert(match kept {
+                Some(targets) => targets,
+                None => Targets::new(&self.device, size)?,
+            });
+            targets.make(&self.device, content, false);
+            pane.scene.set_frame(queue, frame);
+            pane.scene
+                .record(&mut encoder, &self.pipelines, targets, content, None);
+        }
+        let is_new = self.screen.as_ref().is_none_or(|screen| screen.size != size);
+        if is_new {
+            self.screen = Some(Screen {
+                size,
+                view: screen_texture(device, size).create_view(&Default::default()),
+            });
+        }
+        let views: Vec<_> = self
+            .panes
+            .iter()
+            .filter_map(|pane| pane.targets.as_ref())
+            .map(|targets| [targets.view(0), targets.view(1)])
+            .collect();
+        if let (Some(screen), Some(left)) = (&self.screen, views.first()) {
+            let right = views.last().unwrap_or(left);
+            let split = if views.len() == 1 { 1.0 } else { look.split };
+            let split = (split * size[0] as f32).round() as u32;
+            self.present
+                .record(device, queue, &mut encoder, &screen.view, [left, right], look, split);
+        }
+        let start = Instant::now();
+        let last = self.last.clone();
+        last.lock().unwrap_or_else(PoisonError::into_inner).running = true;
+        queue.submit([encoder.finish()]);
+        queue.on_submitted_work_done(move || {
+            *last.lock().unwrap_or_else(PoisonError::into_inner) = Progress {
+                running: false,
+                took: Some((size, start.elapsed())),
+            };
+        });
+        Ok(is_new)
+    }
+
+    /// Begins to draw the first scene as a picture in a file, with `factor`²
+    /// samples a pixel; [`Stage::saved`] gives it.
+    ///
+    /// # Errors
+    /// [`RenderError`] where the device fails.
+    pub fn save(&mut self, frame: &Frame, factor: u32) -> Result<(), RenderError> {
+        let size = frame.size.map(|side| side as u32);
+        let device = self.device.clone();
+        let mut targets = Targets::new(&device, size)?;
+        let Some(pane) = self.panes.first() else {
+            return Ok(());
+        };
+        let read = Arc::new(Mutex::new(None));
+        let done = read.clone();
+        device.attempt(|| {
+            targets.make(&device, Content::Color, true);
+            pane.scene.set_frame(device.queue(), frame);
+            let mut encoder = device
+                .wgpu()
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            pane.scene
+                .record(&mut encoder, &self.pipelines, &targets, Content::Color, None);
+            targets.record_read_back(&mut encoder, Content::Color);
+            device.queue().submit([encoder.finish()]);
+            if let Some(buffer) = targets.read_back(0) {
+                buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
+                    *done.lock().unwrap_or_else(PoisonError::into_inner) =
+                        Some(result.map_err(|error| error.to_string()));
+                });
+            }
+            Ok::<_, RenderError>(())
+        })?;
+        self.saving = Some(Saving {
+            targets,
+            factor,
+            read,
+        });
+        Ok(())
+    }
+
+    /// The picture that [`Stage::save`] began, once it is there.
+    pub fn saved(&mut self) -> Option<Result<Picture, RenderError>> {
+        let _ = self.device.wgpu().poll(wgpu::PollType::Poll);
+        let saving = self.saving.take()?;
+        let read = saving.read.lock().unwrap_or_else(PoisonError::into_inner).take();
+        match read {
+            None => {
+                self.saving = Some(saving);
+                None
+            }
+            Some(Err(message)) => Some(Err(self.device.failed(message).into())),
+            Some(Ok(())) => Some(self.develop(&saving)),
+        }
+    }
+
+    fn develop(&self, saving: &Saving) -> Result<Picture, RenderError> {
+        let Saving {
+            targets, factor, ..
+        } = saving;
+        let nothing = || self.device.failed("nothing was drawn");
+        let buffer = targets.read_back(0).ok_or_else(nothing)?;
+        let words = {
+            let bytes = buffer
+                .slice(..)
+                .get_mapped_range()
+                .map_err(|error| self.device.failed(error))?;
+            targets.words(&bytes)?
+        };
+        let [width, height] = targets.size();
+        let words = ColorWords {
+            width,
+            height,
+            words,
+        };
+        Picture::develop(&words, *factor)
+    }
+}
+
+fn screen_texture(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("screen"),
+        size: wgpu::Extent3d {
+            width,
+            height,
+            depth_or_array_layers: 1,
+        },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: SCREEN_FORMAT,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+            | wgpu::TextureUsages::TEXTURE_BINDING
+            | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    })
+}
+
+/// The pass from words to the screen, `present.wgsl`.
+struct Present {
+    pipeline: wgpu::RenderPipeline,
+    bindings: wgpu::BindGroupLayout,
+    uniform: wgpu::Buffer,
+}
+
+impl Present {
+    fn new(device: &wgpu::Device) -> Present {
+        let module = device.create_shader_module(wgpu::include_wgsl!("present.wgsl"));
+        let texture = |binding| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        };
+        let uniform = wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        };
+        let bindings = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("present"),
+            entries: &[uniform, texture(1), texture(2), texture(3), texture(4)],
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("present"),
+            bind_group_layouts: &[Some(&bindings)],
+            immediate_size: 0,
+        });
+        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some("present"),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("whole"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                buffers: &[],
+            },
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: None,
+            multisample: wgpu::MultisampleState::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("shown"),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                targets: &[Some(SCREEN_FORMAT.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Present {
+            pipeline,
+            bindings,
+            uniform: device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("present"),
+                size: 32,
+                usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+                mapped_at_creation: false,
+            }),
+        }
+    }
+
+    /// Shows `split` columns of the left words and the right words beside them.
+    #[expect(clippy::too_many_arguments)]
+    fn record(
+        &self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        encoder: &mut wgpu::CommandEncoder,
+        screen: &wgpu::TextureView,
+        words: [&[Option<&wgpu::TextureView>; 2]; 2],
+        look: &Look,
+        split: u32,
+    ) {
+        let [near, far] = look.scale.distances.map(f32::to_bits);
+        let steps = look.scale.steps.to_bits();
+        let uniform = [look.show.code(), split, near, far, steps, 0, 0, 0];
+        queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
+        let [left, right] = words;
+        // Colours have one target, and what is not looked at must be something.
+        let [Some(left_0), Some(right_0)] = [left[0], right[0]] else {
+            return;
+        };
+        let views = [
+            left_0,
+            left[1].unwrap_or(left_0),
+            right_0,
+            right[1].unwrap_or(right_0),
+        ];
+        let mut entries = vec![wgpu::BindGroupEntry {
+            binding: 0,
+            resource: self.uniform.as_entire_binding(),
+        }];
+        entries.extend((1..).zip(views).map(|(binding, view)| wgpu::BindGroupEntry {
+            binding,
+            resource: wgpu::BindingResource::TextureView(view),
+        }));
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("present"),
+            layout: &self.bindings,
+            entries: &entries,
+        });
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("present"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: screen,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            depth_stencil_attachment: None,
+            timestamp_writes: None,
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
