@@ -4,10 +4,9 @@
 use super::Step;
 use crate::Error;
 use crate::limits::Account;
-use crate::scene::{MapOptions, Scene, SceneObject};
+use crate::scene::{MapOptions, Scene, SceneObject, Shape};
 use crate::shape_map::{DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field};
 use std::collections::BTreeMap;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Bytes that a texel of a baked map is estimated to take: in the file and packed.
@@ -19,25 +18,42 @@ const PIXEL_READ: u64 = 24;
 const PIXEL: u64 = 8;
 
 /// What identifies a pattern among the objects of a scene.
-type Key = (PathBuf, u8, bool);
-
-fn key(object: &SceneObject) -> Key {
-    (object.shape.clone(), object.threshold, object.invert)
+#[derive(Clone, PartialEq)]
+struct Key {
+    shape: Shape,
+    raster: Option<u32>,
+    threshold: u8,
+    invert: bool,
 }
 
-/// What a shape file holds.
-pub(super) enum Shape {
+impl Key {
+    fn of(object: &SceneObject) -> Key {
+        Key {
+            shape: object.shape.clone(),
+            raster: object.raster,
+            threshold: object.threshold,
+            invert: object.invert,
+        }
+    }
+}
+
+/// What a shape holds.
+enum Distances {
     /// A map that was baked before, taken as it is.
     Baked(Arc<ShapeMap>),
     /// A plain pattern, with its distances.
     Plain(DistanceField),
 }
 
-/// All patterns of a scene.
-pub(super) struct Shapes {
-    shapes: BTreeMap<Key, Shape>,
-    maps: BTreeMap<(Key, MapOptions), Arc<ShapeMap>>,
+/// A pattern, and what was made of it.
+struct Loaded {
+    key: Key,
+    distances: Distances,
+    maps: BTreeMap<MapOptions, Arc<ShapeMap>>,
 }
+
+/// All patterns of a scene.
+pub(super) struct Shapes(Vec<Loaded>);
 
 impl Shapes {
     /// Reads the pattern of each of `objects` of `scene`.
@@ -47,44 +63,53 @@ impl Shapes {
         account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Shapes, Error> {
-        let mut shapes = BTreeMap::new();
+        let mut loaded: Vec<Loaded> = Vec::new();
         // One after the other: each is spread over the cores by itself.
         for object in objects {
-            let key = key(object);
-            if let std::collections::btree_map::Entry::Vacant(place) = shapes.entry(key) {
-                place.insert(Shape::load(object, scene, account, progress)?);
+            let key = Key::of(object);
+            if loaded.iter().all(|known| known.key != key) {
+                loaded.push(Loaded {
+                    key,
+                    distances: Distances::load(object, scene, account, progress)?,
+                    maps: BTreeMap::new(),
+                });
             }
         }
-        Ok(Shapes {
-            shapes,
-            maps: BTreeMap::new(),
-        })
+        Ok(Shapes(loaded))
+    }
+
+    /// Where the pattern of `object` is, which has been read.
+    fn place(&self, object: &SceneObject) -> usize {
+        let key = Key::of(object);
+        let known = self.0.iter().position(|known| known.key == key);
+        known.expect("the pattern of every object is read")
     }
 
     /// Width and height of the plain pattern of `object`; none if its map is baked.
     pub(super) fn plain_size(&self, object: &SceneObject) -> Option<[u32; 2]> {
-        match &self.shapes[&key(object)] {
-            Shape::Baked(_) => None,
-            Shape::Plain(field) => Some([field.width(), field.height()]),
+        match &self.0[self.place(object)].distances {
+            Distances::Baked(_) => None,
+            Distances::Plain(field) => Some([field.width(), field.height()]),
         }
     }
 
     /// The map of `object`, shared with the objects before that have the same;
     /// or what stands against it.
     pub(super) fn map(&mut self, object: &SceneObject) -> Result<Arc<ShapeMap>, String> {
-        let key = (key(object), object.map);
-        if let Some(map) = self.maps.get(&key) {
+        let place = self.place(object);
+        let loaded = &mut self.0[place];
+        if let Some(map) = loaded.maps.get(&object.map) {
             return Ok(map.clone());
         }
-        let map = match &self.shapes[&key.0] {
-            Shape::Baked(map) if object.map == MapOptions::default() => map.clone(),
-            Shape::Baked(_) => {
+        let map = match &loaded.distances {
+            Distances::Baked(map) if object.map == MapOptions::default() => map.clone(),
+            Distances::Baked(_) => {
                 return Err(format!(
                     "{} is a baked shape map, which is taken as it is; leave out map_bits and map_reduction, or name the pattern",
-                    object.shape.display()
+                    object.shape
                 ));
             }
-            Shape::Plain(field) => {
+            Distances::Plain(field) => {
                 let MapOptions { storage, reduction } = object.map;
                 if reduction == 1 {
                     Arc::new(ShapeMap::encode(field, storage))
@@ -92,7 +117,7 @@ impl Shapes {
                     let reduced = field.reduced(reduction).ok_or_else(|| {
                         format!(
                             "map_reduction {reduction} does not divide both sides of {}, {} × {} pixels",
-                            object.shape.display(),
+                            object.shape,
                             field.width(),
                             field.height()
                         )
@@ -101,41 +126,49 @@ impl Shapes {
                 }
             }
         };
-        self.maps.insert(key, map.clone());
+        loaded.maps.insert(object.map, map.clone());
         Ok(map)
     }
 }
 
-impl Shape {
+impl Distances {
     fn load(
         object: &SceneObject,
         scene: &Scene,
         account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
-    ) -> Result<Shape, Error> {
-        let path = &object.shape;
-        let name = path.display();
-        progress(Step::ShapeMap(path.clone(), 0.0));
-        if ShapeMap::is_shape_map_of(&scene.files, path)? {
+    ) -> Result<Distances, Error> {
+        let shape = &object.shape;
+        progress(Step::ShapeMap(shape.clone(), 0.0));
+        if let Shape::File(path) = shape
+            && ShapeMap::is_shape_map_of(&scene.files, path)?
+        {
             let max_pixels = scene.limits.pixels.min(account.left(TEXEL));
             let map = ShapeMap::load_from(&scene.files, path, max_pixels)?;
-            account.take(
-                name,
-                u64::from(map.width()) * u64::from(map.height()),
-                TEXEL,
-            )?;
-            return Ok(Shape::Baked(Arc::new(map)));
+            let texels = u64::from(map.width()) * u64::from(map.height());
+            account.take(shape, texels, TEXEL)?;
+            return Ok(Distances::Baked(Arc::new(map)));
         }
         let options = PatternOptions {
             threshold: object.threshold,
             invert: object.invert,
             max_pixels: scene.limits.pixels.min(account.left(PIXEL_READ)),
         };
-        let pattern = Pattern::load_from(&scene.files, path, &options)?;
+        let pattern = match shape {
+            Shape::File(path) => Pattern::load_from(&scene.files, path, &options)?,
+            Shape::Text(_) => {
+                return Err(Error::Object {
+                    scene: scene.path.clone(),
+                    name: object.name.clone(),
+                    problem: "has text, which cannot be drawn yet".to_string(),
+                });
+            }
+        };
         let pixels = u64::from(pattern.width()) * u64::from(pattern.height());
-        account.take(name, pixels, PIXEL)?;
-        Ok(Shape::Plain(signed_distance_field(&pattern, &|fraction| {
-            progress(Step::ShapeMap(path.clone(), fraction))
-        })))
+        account.take(shape, pixels, PIXEL)?;
+        Ok(Distances::Plain(signed_distance_field(
+            &pattern,
+            &|fraction| progress(Step::ShapeMap(shape.clone(), fraction)),
+        )))
     }
 }
