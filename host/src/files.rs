@@ -186,6 +186,30 @@ pub fn normal(path: &Path) -> PathBuf {
     parts
 }
 
+/// How a file in the folder `from` names `to`, with `/` between folders: a way
+/// up and down, or `to` itself where there is none, as from one drive to
+/// another. Both are absolute, without links and `..`.
+pub(crate) fn relative(from: &Path, to: &Path) -> String {
+    let shared = from
+        .components()
+        .zip(to.components())
+        .take_while(|(a, b)| a == b)
+        .count();
+    if shared == 0 {
+        return to.to_string_lossy().into_owned();
+    }
+    let up = from.components().skip(shared).map(|_| Component::ParentDir);
+    let way: PathBuf = up.chain(to.components().skip(shared)).collect();
+    if way.as_os_str().is_empty() {
+        return ".".to_string();
+    }
+    let names: Vec<_> = way
+        .iter()
+        .map(|name| name.to_string_lossy().into_owned())
+        .collect();
+    names.join("/")
+}
+
 /// A file that is read bit by bit.
 pub(crate) struct Opened {
     /// Bytes in it.
@@ -371,5 +395,14 @@ mod tests {
         assert!(error.to_string().contains("--allow-outside"), "{error}");
         assert!(files.open(&folder.path().join("secret")).is_err());
         assert!(Files::Disk.read(&folder.path().join("secret"), 1).is_ok());
+    }
+
+    #[test]
+    fn ways_between_folders() {
+        let way = |from: &str, to: &str| relative(Path::new(from), Path::new(to));
+        assert_eq!(way("/a/b/scenes", "/a/assets"), "../../assets");
+        assert_eq!(way("/a/scenes", "/a/scenes/assets"), "assets");
+        assert_eq!(way("/a", "/a"), ".");
+        assert_eq!(way("/tmp/x", "/a"), "../../a");
     }
 }

@@ -9,7 +9,7 @@ use relievo::mesh::Projection;
 use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::gpu::{Choice, Shaders};
 use relievo::render::{CpuRenderer, GeometryWords, GpuRenderer, RenderError, Renderer};
-use relievo::scene::{Scene, Tier};
+use relievo::scene::{Scene, Shape, Tier};
 use relievo_shared::layout::FORMAT_PAPER;
 use relievo_shared::march::TOLERANCE;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
@@ -169,7 +169,7 @@ fn extremes(folder: &Folder) -> Vec<Extreme> {
         let shape = folder.pattern(size, is_pattern);
         add(
             &format!("map: {name}"),
-            object(&|object| object.shape = shape.clone()),
+            object(&|object| object.shape = Shape::File(shape.clone())),
             200,
         );
     }

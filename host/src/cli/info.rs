@@ -97,11 +97,7 @@ fn show(Loaded { scene, prepared }: &Loaded) -> anyhow::Result<()> {
         for (_, remark) in remarks.iter().filter(|(applies, _)| *applies) {
             say(format_args!("    {remark}"))?;
         }
-        say(format_args!(
-            "  shape {}: {}",
-            object.shape.display(),
-            describe(map)
-        ))?;
+        say(format_args!("  shape {}: {}", object.shape, describe(map)))?;
         let parameters = &prepared.parameters;
         say(format_args!(
             "  extrusion: repeat {:?}, depth {}, e {}, b {}, c {}, {:?}, {} steps and {} bisections{}",

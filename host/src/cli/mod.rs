@@ -15,6 +15,7 @@ mod render;
 mod session;
 mod tradeoff;
 mod verify;
+mod view;
 
 use anyhow::Context;
 use clap::error::ErrorKind;
@@ -46,6 +47,8 @@ pub struct Arguments {
 enum Command {
     /// Draw a scene
     Render(RenderArguments),
+    /// Open a window on a scene: turn it, and change every parameter under a slider
+    View(ViewArguments),
     /// Turn a pattern into a shape map (its distances, in a file) that scenes can use
     Bake(BakeArguments),
     /// Show what a scene loads, and the adapters of this machine
@@ -114,6 +117,26 @@ struct RenderArguments {
     /// cheapest way to be no worse is looked for
     #[arg(long, value_name = "PX", value_parser = parse_budget)]
     budget: Option<f64>,
+    #[command(flatten)]
+    limits: LimitArguments,
+}
+
+#[derive(Args)]
+struct ViewArguments {
+    /// The scene, a TOML file
+    scene: PathBuf,
+    /// The folder for pictures and scenes that are saved [default: the scene's]
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the window, points
+    #[arg(long, value_name = "WxH", value_parser = parse_size, default_value = "1200x760")]
+    window: [u32; 2],
+    /// Keep telling this file, as JSON, what is on the window: for tests
+    #[arg(long, value_name = "FILE.json", hide = true)]
+    probe: Option<PathBuf>,
     #[command(flatten)]
     limits: LimitArguments,
 }
@@ -419,6 +442,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
         .init();
     interrupt::watch();
     let result = match arguments.command {
+        Command::View(arguments) => view::run(&arguments),
         Command::Render(arguments) => {
             if arguments.backend == Backend::Cpu && arguments.adapter.is_some() {
                 refuse_adapter();

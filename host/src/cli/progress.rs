@@ -34,8 +34,8 @@ impl Bar {
         };
         match step {
             Step::Mesh(path) => self.show(format!("mesh {}", name(path)), 0.0),
-            Step::ShapeMap(path, fraction) => {
-                self.show(format!("shape map {}", name(path)), *fraction);
+            Step::ShapeMap(shape, fraction) => {
+                self.show(format!("shape map {}", shape.label()), *fraction);
             }
             Step::Plan(object) => self.show(format!("plan for {object}"), 0.0),
         }

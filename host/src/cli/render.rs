@@ -6,7 +6,7 @@ use relievo::Error;
 use relievo::aov::{PIXEL_BYTES, save_exr};
 use relievo::limits::Account;
 use relievo::picture::Picture;
-use relievo::scene::Scene;
+use relievo::scene::{Scene, SceneObject};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -57,12 +57,8 @@ pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
 
 /// What is written must not be what was read, nor one file twice.
 fn check_outputs(scene: &Scene, output: &Path, aov: Option<&Path>) -> anyhow::Result<()> {
-    let inputs = std::iter::once(&scene.path).chain(
-        scene
-            .objects
-            .iter()
-            .flat_map(|object| [&object.mesh, &object.shape]),
-    );
+    let files = scene.objects.iter().flat_map(SceneObject::files);
+    let inputs = std::iter::once(scene.path.as_path()).chain(files);
     let inputs: Vec<PathBuf> = inputs.filter_map(|path| path.canonicalize().ok()).collect();
     for path in [Some(output), aov].into_iter().flatten() {
         if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {

@@ -1,11 +1,12 @@
 //! Draws and measures every panel, and writes what comes of it.
 
 use super::page::{self, Drawn};
-use super::scene::{relative, scene_text};
+use super::scene::scene_text;
 use super::truth::truth_picture;
 use super::{Figure, Model, Panel, Show};
 use crate::Error;
 use crate::file::write_bytes;
+use crate::files::relative;
 use crate::oracle::{Accuracy, AnalyticOracle, Torus, Truth};
 use crate::overlay::draw_mesh;
 use crate::picture::Picture;
@@ -219,7 +220,7 @@ mod tests {
             let scene = Scene::load(&gallery.output.join(panel.scene_file())).unwrap();
             assert_eq!(scene.size, gallery.size);
             assert!(scene.objects[0].mesh.is_file());
-            assert!(scene.objects[0].shape.is_file());
+            assert!(scene.objects[0].files().all(Path::is_file));
             let picture = image::open(gallery.output.join(panel.picture_file())).unwrap();
             assert_eq!((picture.width(), picture.height()), (40, 30));
         }

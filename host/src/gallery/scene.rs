@@ -1,7 +1,6 @@
 //! A panel as a scene file.
 
 use super::{Method, Panel};
-use std::path::{Component, Path, PathBuf};
 
 /// The text of the panel's scene; `assets` is the folder of meshes and
 /// patterns, as the scene file names it. Matte: a highlight shows no carving.
@@ -60,35 +59,12 @@ fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// How a file in the folder `from` names `to`, with `/` between folders: a way
-/// up and down, or `to` itself where there is none, as from one drive to
-/// another. Both are absolute, without links and `..`.
-pub fn relative(from: &Path, to: &Path) -> String {
-    let shared = from
-        .components()
-        .zip(to.components())
-        .take_while(|(a, b)| a == b)
-        .count();
-    if shared == 0 {
-        return to.to_string_lossy().into_owned();
-    }
-    let up = from.components().skip(shared).map(|_| Component::ParentDir);
-    let way: PathBuf = up.chain(to.components().skip(shared)).collect();
-    if way.as_os_str().is_empty() {
-        return ".".to_string();
-    }
-    let names: Vec<_> = way
-        .iter()
-        .map(|name| name.to_string_lossy().into_owned())
-        .collect();
-    names.join("/")
-}
-
 #[cfg(test)]
 mod tests {
     use super::super::{FIGURES, Figure};
     use super::*;
     use crate::scene::{Scene, Search, Tier};
+    use std::path::Path;
 
     #[test]
     fn every_panel_is_a_scene_of_what_it_shows() {
@@ -109,14 +85,5 @@ mod tests {
             );
             assert_eq!((scene.size, scene.supersampling), ([40, 30], 2));
         }
-    }
-
-    #[test]
-    fn ways_between_folders() {
-        let way = |from: &str, to: &str| relative(Path::new(from), Path::new(to));
-        assert_eq!(way("/a/b/scenes", "/a/assets"), "../../assets");
-        assert_eq!(way("/a/scenes", "/a/scenes/assets"), "assets");
-        assert_eq!(way("/a", "/a"), ".");
-        assert_eq!(way("/tmp/x", "/a"), "../../a");
     }
 }

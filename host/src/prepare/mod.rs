@@ -15,7 +15,7 @@ use crate::Error;
 use crate::budget::{self, Plan};
 use crate::limits::Account;
 use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell, MeshTriangle};
-use crate::scene::{Camera, MapOptions, Scene, SceneObject, Tier};
+use crate::scene::{Camera, MapOptions, Scene, SceneObject, Shape, Tier};
 use crate::shape_map::ShapeMap;
 use crate::shell::narrow_shell;
 use glam::{DQuat, DVec3, EulerRot};
@@ -89,7 +89,7 @@ pub enum Step {
     /// A mesh is loaded and its curvature fitted.
     Mesh(PathBuf),
     /// A pattern is loaded and its distance field computed; the fraction done.
-    ShapeMap(PathBuf, f64),
+    ShapeMap(Shape, f64),
     /// The cheapest way to draw the object of this name is looked for.
     Plan(String),
 }

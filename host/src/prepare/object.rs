@@ -4,13 +4,12 @@ use super::{PreparedObject, View, narrow};
 use crate::Error;
 use crate::budget::smaller_stretch;
 use crate::mesh::{Mesh, MeshCorner, MeshTriangle};
-use crate::scene::{Extrusion, Material, Scene, SceneObject};
+use crate::scene::{Extrusion, Material, Scene, SceneObject, Shape};
 use crate::shape_map::{ShapeMap, Storage};
 use crate::shell::folded;
 use glam::DVec3;
 use rayon::prelude::*;
 use relievo_shared::layout::{Corner, FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Object, Triangle};
-use std::path::Path;
 use std::sync::Arc;
 
 /// `object`, drawn as it says.
@@ -179,7 +178,7 @@ fn gradient_reach(width: u32, height: u32) -> f32 {
 }
 
 /// The extrusion as `map` can carry it out, or what stands against it.
-fn growth(extrusion: Extrusion, shape: &Path, map: &ShapeMap) -> Result<Extrusion, String> {
+fn growth(extrusion: Extrusion, shape: &Shape, map: &ShapeMap) -> Result<Extrusion, String> {
     let width = f64::from(map.width());
     let largest = extrusion.extension + extrusion.bevel * extrusion.chamfer;
     // No point of a map that repeats is further from its pattern.
@@ -206,7 +205,7 @@ fn growth(extrusion: Extrusion, shape: &Path, map: &ShapeMap) -> Result<Extrusio
     if map.saturated() && largest * width >= f64::from(map.max_distance()) {
         return Err(format!(
             "the pattern grows by e + b·c = {largest:.4} widths, but {} holds distances up to {:.4} widths only; make extension or bevel smaller, or {better}",
-            shape.display(),
+            shape,
             f64::from(map.max_distance()) / width,
         ));
     }
@@ -215,7 +214,7 @@ fn growth(extrusion: Extrusion, shape: &Path, map: &ShapeMap) -> Result<Extrusio
         return Err(format!(
             "the pattern shrinks by {:.4} widths, but {} holds distances down to {:.4} widths inside it only; make extension larger, or {better}",
             -extrusion.extension,
-            shape.display(),
+            shape,
             f64::from(map.min_distance()) / width,
         ));
     }

@@ -4,10 +4,9 @@
 use super::Step;
 use crate::Error;
 use crate::limits::Account;
-use crate::scene::{MapOptions, Scene, SceneObject};
+use crate::scene::{MapOptions, Scene, SceneObject, Shape};
 use crate::shape_map::{DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// Bytes that a texel of a baked map is estimated to take: in the file and packed.
@@ -19,26 +18,43 @@ const PIXEL_READ: u64 = 24;
 const PIXEL: u64 = 8;
 
 /// What identifies a pattern among the objects of a scene.
-type Key = (PathBuf, u8, bool);
-
-fn key(object: &SceneObject) -> Key {
-    (object.shape.clone(), object.threshold, object.invert)
+#[derive(Clone, PartialEq)]
+struct Key {
+    shape: Shape,
+    raster: Option<u32>,
+    threshold: u8,
+    invert: bool,
 }
 
-/// What a shape file holds.
-pub(super) enum Shape {
+impl Key {
+    fn of(object: &SceneObject) -> Key {
+        Key {
+            shape: object.shape.clone(),
+            raster: object.raster,
+            threshold: object.threshold,
+            invert: object.invert,
+        }
+    }
+}
+
+/// What a shape holds.
+enum Distances {
     /// A map that was baked before, taken as it is.
     Baked(Arc<ShapeMap>),
     /// A plain pattern, with its distances.
     Plain(DistanceField),
 }
 
+/// A pattern, and what was made of it.
+struct Loaded {
+    key: Key,
+    distances: Distances,
+    maps: BTreeMap<MapOptions, Arc<ShapeMap>>,
+}
+
 /// All patterns of a scene.
 #[derive(Default)]
-pub(super) struct Shapes {
-    shapes: BTreeMap<Key, Shape>,
-    maps: BTreeMap<(Key, MapOptions), Arc<ShapeMap>>,
-}
+pub(super) struct Shapes(Vec<Loaded>);
 
 impl Shapes {
     /// Reads the pattern of each of `objects` of `scene` that was not there
@@ -50,50 +66,61 @@ impl Shapes {
         account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Shapes, Error> {
-        let mut shapes = BTreeMap::new();
+        let mut loaded: Vec<Loaded> = Vec::new();
         // One after the other: each is spread over the cores by itself.
         for object in objects {
-            let key = key(object);
-            if let std::collections::btree_map::Entry::Vacant(place) = shapes.entry(key) {
-                let shape = match before.shapes.remove(place.key()) {
-                    Some(shape) => {
-                        shape.take(&object.shape, account)?;
-                        shape
-                    }
-                    None => Shape::load(object, scene, account, progress)?,
-                };
-                place.insert(shape);
+            let key = Key::of(object);
+            if loaded.iter().any(|known| known.key == key) {
+                continue;
             }
+            let kept = before.0.iter().position(|known| known.key == key);
+            loaded.push(match kept.map(|place| before.0.swap_remove(place)) {
+                Some(kept) => {
+                    kept.distances.take(&object.shape, account)?;
+                    kept
+                }
+                None => Loaded {
+                    key,
+                    distances: Distances::load(object, scene, account, progress)?,
+                    maps: BTreeMap::new(),
+                },
+            });
         }
-        let mut maps = before.maps;
-        maps.retain(|(key, _), _| shapes.contains_key(key));
-        Ok(Shapes { shapes, maps })
+        Ok(Shapes(loaded))
+    }
+
+    /// Where the pattern of `object` is, which has been read.
+    fn place(&self, object: &SceneObject) -> usize {
+        let key = Key::of(object);
+        let known = self.0.iter().position(|known| known.key == key);
+        known.expect("the pattern of every object is read")
     }
 
     /// Width and height of the plain pattern of `object`; none if its map is baked.
     pub(super) fn plain_size(&self, object: &SceneObject) -> Option<[u32; 2]> {
-        match &self.shapes[&key(object)] {
-            Shape::Baked(_) => None,
-            Shape::Plain(field) => Some([field.width(), field.height()]),
+        match &self.0[self.place(object)].distances {
+            Distances::Baked(_) => None,
+            Distances::Plain(field) => Some([field.width(), field.height()]),
         }
     }
 
     /// The map of `object`, shared with the objects before that have the same;
     /// or what stands against it.
     pub(super) fn map(&mut self, object: &SceneObject) -> Result<Arc<ShapeMap>, String> {
-        let key = (key(object), object.map);
-        if let Some(map) = self.maps.get(&key) {
+        let place = self.place(object);
+        let loaded = &mut self.0[place];
+        if let Some(map) = loaded.maps.get(&object.map) {
             return Ok(map.clone());
         }
-        let map = match &self.shapes[&key.0] {
-            Shape::Baked(map) if object.map == MapOptions::default() => map.clone(),
-            Shape::Baked(_) => {
+        let map = match &loaded.distances {
+            Distances::Baked(map) if object.map == MapOptions::default() => map.clone(),
+            Distances::Baked(_) => {
                 return Err(format!(
                     "{} is a baked shape map, which is taken as it is; leave out map_bits and map_reduction, or name the pattern",
-                    object.shape.display()
+                    object.shape
                 ));
             }
-            Shape::Plain(field) => {
+            Distances::Plain(field) => {
                 let MapOptions { storage, reduction } = object.map;
                 if reduction == 1 {
                     Arc::new(ShapeMap::encode(field, storage))
@@ -101,7 +128,7 @@ impl Shapes {
                     let reduced = field.reduced(reduction).ok_or_else(|| {
                         format!(
                             "map_reduction {reduction} does not divide both sides of {}, {} × {} pixels",
-                            object.shape.display(),
+                            object.shape,
                             field.width(),
                             field.height()
                         )
@@ -110,20 +137,19 @@ impl Shapes {
                 }
             }
         };
-        self.maps.insert(key, map.clone());
+        loaded.maps.insert(object.map, map.clone());
         Ok(map)
     }
 }
 
-impl Shape {
-    /// Takes the memory that it needs once it is there.
-    fn take(&self, path: &Path, account: &mut Account<'_>) -> Result<(), Error> {
+impl Distances {
+    /// Takes the memory that they need once they are there.
+    fn take(&self, shape: &Shape, account: &mut Account<'_>) -> Result<(), Error> {
         let (size, bytes) = match self {
-            Shape::Baked(map) => ([map.width(), map.height()], TEXEL),
-            Shape::Plain(field) => ([field.width(), field.height()], PIXEL),
+            Distances::Baked(map) => ([map.width(), map.height()], TEXEL),
+            Distances::Plain(field) => ([field.width(), field.height()], PIXEL),
         };
-        let pixels = size.map(u64::from).iter().product();
-        account.take(path.display(), pixels, bytes)
+        account.take(shape, size.map(u64::from).iter().product(), bytes)
     }
 
     fn load(
@@ -131,26 +157,38 @@ impl Shape {
         scene: &Scene,
         account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
-    ) -> Result<Shape, Error> {
-        let path = &object.shape;
-        progress(Step::ShapeMap(path.clone(), 0.0));
-        if ShapeMap::is_shape_map_of(&scene.files, path)? {
+    ) -> Result<Distances, Error> {
+        let shape = &object.shape;
+        progress(Step::ShapeMap(shape.clone(), 0.0));
+        if let Shape::File(path) = shape
+            && ShapeMap::is_shape_map_of(&scene.files, path)?
+        {
             let max_pixels = scene.limits.pixels.min(account.left(TEXEL));
             let map = ShapeMap::load_from(&scene.files, path, max_pixels)?;
-            let shape = Shape::Baked(Arc::new(map));
-            shape.take(path, account)?;
-            return Ok(shape);
+            let baked = Distances::Baked(Arc::new(map));
+            baked.take(shape, account)?;
+            return Ok(baked);
         }
         let options = PatternOptions {
             threshold: object.threshold,
             invert: object.invert,
             max_pixels: scene.limits.pixels.min(account.left(PIXEL_READ)),
         };
-        let pattern = Pattern::load_from(&scene.files, path, &options)?;
+        let pattern = match shape {
+            Shape::File(path) => Pattern::load_from(&scene.files, path, &options)?,
+            Shape::Text(_) => {
+                return Err(Error::Object {
+                    scene: scene.path.clone(),
+                    name: object.name.clone(),
+                    problem: "has text, which cannot be drawn yet".to_string(),
+                });
+            }
+        };
         let pixels = u64::from(pattern.width()) * u64::from(pattern.height());
-        account.take(path.display(), pixels, PIXEL)?;
-        Ok(Shape::Plain(signed_distance_field(&pattern, &|fraction| {
-            progress(Step::ShapeMap(path.clone(), fraction))
-        })))
+        account.take(shape, pixels, PIXEL)?;
+        Ok(Distances::Plain(signed_distance_field(
+            &pattern,
+            &|fraction| progress(Step::ShapeMap(shape.clone(), fraction)),
+        )))
     }
 }

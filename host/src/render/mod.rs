@@ -106,6 +106,12 @@ pub enum RenderError {
         /// What it was set to.
         value: String,
     },
+    /// There is no window to draw on.
+    #[error("no window can be opened: {message}; use `relievo render` for pictures without one")]
+    Window {
+        /// Why.
+        message: String,
+    },
     /// There is not enough memory for the picture.
     #[error(
         "not enough memory for {what} ({bytes} bytes); make the picture smaller (--size, or supersample = false)"

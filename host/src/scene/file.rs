@@ -1,8 +1,10 @@
 //! The scene file: its keys, its defaults and its checks.
 
 use super::{
-    Camera, Color, DEFAULT_TOLERANCE, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_STEPS, LEAST_BUDGET,
-    Light, MapOptions, Material, Scene, SceneError, SceneObject, Search, Tier,
+    Camera, Color, DEFAULT_BACKGROUND, DEFAULT_FIELD_OF_VIEW, DEFAULT_SIZE, DEFAULT_THRESHOLD,
+    DEFAULT_TOLERANCE, DEFAULT_UP, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_RASTER,
+    LARGEST_STEPS, LEAST_BUDGET, Lettering, Light, MapOptions, Material, SMALLEST_RASTER, Scene,
+    SceneError, SceneObject, Search, Shape, Tier,
 };
 use crate::mesh::Projection;
 use crate::shape_map::Storage;
@@ -67,7 +69,8 @@ enum Technique {
 struct ObjectTable {
     name: Option<String>,
     mesh: Spanned<PathBuf>,
-    shape: Spanned<PathBuf>,
+    shape: Spanned<Shape>,
+    raster: Option<Spanned<i64>>,
     repeat: Option<Spanned<[f64; 2]>>,
     depth: Option<Spanned<f64>>,
     clamp_depth: Option<Spanned<bool>>,
@@ -109,12 +112,14 @@ struct MaterialTable {
     shininess: Option<Spanned<i64>>,
 }
 
-
 /// A scene file of more bytes is no scene.
 const LARGEST_FILE: u64 = 16 << 20;
 
 /// No system opens longer paths.
 const LONGEST_PATH: usize = 4096;
+
+/// A pattern of more letters is none.
+const LONGEST_TEXT: usize = 4096;
 
 pub(super) fn load(path: &Path, limits: &Limits) -> Result<Scene, SceneError> {
     let read = |source| SceneError::Read {
@@ -172,7 +177,7 @@ pub(super) fn parse(
     };
 
     let size = match &file.image.size {
-        None => [800, 600],
+        None => DEFAULT_SIZE,
         Some(size) => {
             let limit = i64::from(LARGEST_PICTURE_SIDE);
             if size.get_ref().iter().any(|&side| side < 1 || side > limit) {
@@ -189,11 +194,18 @@ pub(super) fn parse(
         }
     };
 
-    let field_of_view = check.within(&file.camera.fov, "camera.fov", 45.0, 0.01, 179.0)?;
+    let field_of_view = check.within(
+        &file.camera.fov,
+        "camera.fov",
+        DEFAULT_FIELD_OF_VIEW,
+        0.01,
+        179.0,
+    )?;
     let camera = camera(&check, &file.camera)?;
 
+    let default = Light::default();
     let direction = match &file.light.direction {
-        None => [0.5, 0.8, 0.6],
+        None => default.direction,
         Some(direction) => {
             check.finite(direction, "light.direction")?;
             if direction.get_ref().iter().all(|&x| x == 0.0) {
@@ -208,9 +220,15 @@ pub(super) fn parse(
     };
     let light = Light {
         direction,
-        color: file.light.color.unwrap_or(Color::from_hex(0xfff6e8)),
-        intensity: check.within(&file.light.intensity, "light.intensity", 1.0, 0.0, 1000.0)?,
-        ambient: file.light.ambient.unwrap_or(Color::from_hex(0x5a6470)),
+        color: file.light.color.unwrap_or(default.color),
+        intensity: check.within(
+            &file.light.intensity,
+            "light.intensity",
+            default.intensity,
+            0.0,
+            1000.0,
+        )?,
+        ambient: file.light.ambient.unwrap_or(default.ambient),
     };
 
     if file.object.is_empty() {
@@ -242,7 +260,7 @@ pub(super) fn parse(
         text: text.to_string(),
         size,
         supersampling: if file.image.supersample { 2 } else { 1 },
-        background: file.image.background.unwrap_or(Color::from_hex(0xe9edf2)),
+        background: file.image.background.unwrap_or(DEFAULT_BACKGROUND),
         camera,
         field_of_view,
         light,
@@ -275,7 +293,7 @@ fn camera(check: &Checker<'_>, table: &CameraTable) -> Result<Option<Camera>, Sc
     let camera = Camera {
         eye: *eye.get_ref(),
         target: table.target.as_ref().map_or([0.0; 3], |v| *v.get_ref()),
-        up: table.up.as_ref().map_or([0.0, 1.0, 0.0], |v| *v.get_ref()),
+        up: table.up.as_ref().map_or(DEFAULT_UP, |v| *v.get_ref()),
     };
     let [eye_point, target, up] = [camera.eye, camera.target, camera.up].map(glam::DVec3::from);
     let forward = (target - eye_point).normalize_or_zero();
@@ -303,19 +321,8 @@ fn object(
     folder: &Path,
 ) -> Result<SceneObject, SceneError> {
     let key = |name: &str| format!("object {}: {name}", index + 1);
-    for (name, value) in [("mesh", &table.mesh), ("shape", &table.shape)] {
-        if value.get_ref().as_os_str().is_empty() {
-            return Err(check.wrong(value, &key(name), "is empty; name a file".to_string()));
-        }
-        if value.get_ref().as_os_str().len() > LONGEST_PATH {
-            let problem = format!("is longer than {LONGEST_PATH} bytes; name a file");
-            return Err(check.wrong(value, &key(name), problem));
-        }
-        let path = folder.join(value.get_ref());
-        if let Err(problem) = check.files.check(&path) {
-            return Err(check.wrong(value, &key(name), problem));
-        }
-    }
+    let mesh = check.file(&table.mesh, table.mesh.get_ref(), &key("mesh"), folder)?;
+    let shape = shape(check, &table.shape, &key, folder)?;
     let repeat = match &table.repeat {
         None => [1.0, 1.0],
         Some(repeat) => {
@@ -334,27 +341,28 @@ fn object(
         None => None,
         some => Some(check.within(some, &key("depth"), 0.0, 1e-9, 1e9)?),
     };
+    let default = Material::default();
+    let given = &table.material;
     let material = Material {
-        cap: table.material.cap.unwrap_or(Color::from_hex(0xd8b45c)),
-        wall: table.material.wall.unwrap_or(Color::from_hex(0xb0502e)),
-        bevel: table.material.bevel.unwrap_or(Color::from_hex(0xe8cf94)),
-        floor: table.material.floor.unwrap_or(Color::from_hex(0x3d5a73)),
+        cap: given.cap.unwrap_or(default.cap),
+        wall: given.wall.unwrap_or(default.wall),
+        bevel: given.bevel.unwrap_or(default.bevel),
+        floor: given.floor.unwrap_or(default.floor),
         specular: check.within(
-            &table.material.specular,
+            &given.specular,
             &key("material.specular"),
-            0.25,
+            default.specular,
             0.0,
             1.0,
         )?,
         shininess: check.whole(
-            &table.material.shininess,
+            &given.shininess,
             &key("material.shininess"),
-            40,
+            default.shininess,
             1,
             127,
         )?,
     };
-    let mesh = folder.join(table.mesh.get_ref());
     let technique = technique(table);
     let tier = tier_of(table).unwrap_or(Tier::Fast);
     if let (Tier::Accurate, Technique::Relief, Some(given)) = (tier, technique, &table.tier) {
@@ -387,14 +395,13 @@ fn object(
         tier.default_effort()
     };
     Ok(SceneObject {
-        name: table.name.clone().unwrap_or_else(|| {
-            mesh.file_stem().map_or_else(
-                || "object".to_string(),
-                |stem| stem.to_string_lossy().into(),
-            )
-        }),
+        name: table.name.clone().unwrap_or_else(|| default_name(&mesh)),
         mesh,
-        shape: folder.join(table.shape.get_ref()),
+        shape,
+        raster: match &table.raster {
+            None => None,
+            some => Some(check.whole(some, &key("raster"), 0, SMALLEST_RASTER, LARGEST_RASTER)?),
+        },
         map: map_options(check, table, &key)?,
         budget,
         repeat,
@@ -410,20 +417,79 @@ fn object(
             Search::Extrusion
         },
         tier,
-        tolerance: check.within(&table.tolerance, &key("tolerance"), DEFAULT_TOLERANCE, 1e-4, 16.0)?,
+        tolerance: check.within(
+            &table.tolerance,
+            &key("tolerance"),
+            DEFAULT_TOLERANCE,
+            1e-4,
+            16.0,
+        )?,
         slack: check.within(&table.slack, &key("slack"), 0.0, 0.0, 16.0)?,
         steps: check.whole(&table.steps, &key("steps"), steps, 1, LARGEST_STEPS)?,
         bisections: check.whole(&table.bisections, &key("bisections"), bisections, 0, 64)?,
         cut_out: table.cut_out,
         self_shadow: table.self_shadow,
         projection: table.projection,
-        threshold: check.whole(&table.threshold, &key("threshold"), 128, 1, 255)? as u8,
+        threshold: check.whole(
+            &table.threshold,
+            &key("threshold"),
+            u32::from(DEFAULT_THRESHOLD),
+            1,
+            255,
+        )? as u8,
         invert: table.invert,
         material,
         scale: check.within(&table.scale, &key("scale"), 1.0, 1e-9, 1e9)?,
         rotate: check.vector(&table.rotate, &key("rotate"), 1e9)?,
         translate: check.vector(&table.translate, &key("translate"), 1e9)?,
     })
+}
+
+/// The name of an object that is given none.
+pub(super) fn default_name(mesh: &Path) -> String {
+    mesh.file_stem().map_or_else(
+        || "object".to_string(),
+        |stem| stem.to_string_lossy().into(),
+    )
+}
+
+/// The pattern, with its paths from where the program runs.
+fn shape(
+    check: &Checker<'_>,
+    given: &Spanned<Shape>,
+    key: &dyn Fn(&str) -> String,
+    folder: &Path,
+) -> Result<Shape, SceneError> {
+    let Lettering { text, font, margin } = match given.get_ref() {
+        Shape::File(path) => {
+            return Ok(Shape::File(check.file(
+                given,
+                path,
+                &key("shape"),
+                folder,
+            )?));
+        }
+        Shape::Text(lettering) => lettering,
+    };
+    let wrong = |name: &str, problem: String| Err(check.wrong(given, &key(name), problem));
+    if text.chars().all(char::is_whitespace) {
+        return wrong("shape.text", "has no letters; write some".to_string());
+    }
+    if text.chars().count() > LONGEST_TEXT {
+        let problem = format!("is longer than {LONGEST_TEXT} characters; shorten it");
+        return wrong("shape.text", problem);
+    }
+    if !(0.0..=10.0).contains(margin) {
+        let problem = format!("is {margin}; it goes from 0 to 10 line heights");
+        return wrong("shape.margin", problem);
+    }
+    let font = font.as_ref();
+    let font = font.map(|path| check.file(given, path, &key("shape.font"), folder));
+    Ok(Shape::Text(Lettering {
+        text: text.clone(),
+        font: font.transpose()?,
+        margin: *margin,
+    }))
 }
 
 /// The tier, if one is given.
@@ -604,6 +670,28 @@ impl Checker<'_> {
             column,
             key: key.to_string(),
             problem,
+        }
+    }
+
+    /// The path of a file that `value` names, from where the program runs.
+    fn file<T>(
+        &self,
+        value: &Spanned<T>,
+        path: &Path,
+        key: &str,
+        folder: &Path,
+    ) -> Result<PathBuf, SceneError> {
+        if path.as_os_str().is_empty() {
+            return Err(self.wrong(value, key, "is empty; name a file".to_string()));
+        }
+        if path.as_os_str().len() > LONGEST_PATH {
+            let problem = format!("is longer than {LONGEST_PATH} bytes; name a file");
+            return Err(self.wrong(value, key, problem));
+        }
+        let path = folder.join(path);
+        match self.files.check(&path) {
+            Ok(()) => Ok(path),
+            Err(problem) => Err(self.wrong(value, key, problem)),
         }
     }
 

@@ -6,8 +6,11 @@
 
 mod color;
 mod file;
+mod shape;
+mod write;
 
 pub use color::Color;
+pub use shape::{Lettering, Shape};
 
 use crate::mesh::Projection;
 use crate::shape_map::Storage;
@@ -20,13 +23,25 @@ pub const LARGEST_PICTURE_SIDE: u32 = 16_384;
 /// Largest number of steps of the linear search.
 pub const LARGEST_STEPS: u32 = 65_536;
 
-/// The accurate tier's tolerance where a scene says nothing, pixels.
-pub const DEFAULT_TOLERANCE: f64 = 0.02;
-
 /// Least error that may be asked for, pixels.
 pub const LEAST_BUDGET: f64 = 0.01;
 /// Largest error that may be asked for, pixels.
 pub const LARGEST_BUDGET: f64 = 100.0;
+
+/// Pixels of the longer side of a drawing's or text's pattern, at least.
+pub const SMALLEST_RASTER: u32 = 8;
+/// And at most.
+pub const LARGEST_RASTER: u32 = 32_768;
+/// Where a scene says nothing.
+pub const DEFAULT_RASTER: u32 = 512;
+
+const DEFAULT_SIZE: [u32; 2] = [800, 600];
+const DEFAULT_BACKGROUND: Color = Color::from_hex(0xe9edf2);
+const DEFAULT_FIELD_OF_VIEW: f64 = 45.0;
+const DEFAULT_UP: [f64; 3] = [0.0, 1.0, 0.0];
+/// The accurate tier's tolerance, pixels.
+pub const DEFAULT_TOLERANCE: f64 = 0.02;
+const DEFAULT_THRESHOLD: u8 = 128;
 
 /// What is wrong with a scene file.
 #[derive(Debug, thiserror::Error)]
@@ -120,6 +135,18 @@ pub struct Light {
     pub intensity: f64,
     /// Colour of the ambient light.
     pub ambient: Color,
+}
+
+impl Default for Light {
+    /// From the upper right.
+    fn default() -> Light {
+        Light {
+            direction: [0.5, 0.8, 0.6],
+            color: Color::from_hex(0xfff6e8),
+            intensity: 1.0,
+            ambient: Color::from_hex(0x5a6470),
+        }
+    }
 }
 
 /// The four extrusions, with their parameters (section 2 of the algorithm).
@@ -238,15 +265,31 @@ pub struct Material {
     pub shininess: u32,
 }
 
+impl Default for Material {
+    fn default() -> Material {
+        Material {
+            cap: Color::from_hex(0xd8b45c),
+            wall: Color::from_hex(0xb0502e),
+            bevel: Color::from_hex(0xe8cf94),
+            floor: Color::from_hex(0x3d5a73),
+            specular: 0.25,
+            shininess: 40,
+        }
+    }
+}
+
 /// One object: a mesh, and a pattern wrapped around it.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct SceneObject {
     /// The object's name: as given, or the mesh file's.
     pub name: String,
     /// The mesh, an OBJ file.
     pub mesh: PathBuf,
-    /// The pattern, an image, or a baked shape map.
-    pub shape: PathBuf,
+    /// The pattern.
+    pub shape: Shape,
+    /// Pixels of the pattern's longer side, for a drawing or text; `None` is
+    /// [`DEFAULT_RASTER`].
+    pub raster: Option<u32>,
     /// How the pattern is stored; the default for a baked shape map, which is
     /// taken as it is.
     pub map: MapOptions,
@@ -295,6 +338,11 @@ pub struct SceneObject {
 }
 
 impl SceneObject {
+    /// Every file that it names.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        std::iter::once(self.mesh.as_path()).chain(self.shape.file())
+    }
+
     /// The number of the search in the shared layouts.
     pub fn search_code(&self) -> u32 {
         use relievo_shared::layout::{
@@ -337,11 +385,24 @@ impl Scene {
                     object.budget = budget;
                     object.tier = Tier::Fast;
                     object.map = MapOptions::default();
+                    object.tolerance = DEFAULT_TOLERANCE;
+                    object.clamp_depth = false;
                     object.slack = 0.0;
                     (object.steps, object.bisections) = Tier::Fast.default_effort();
                 }
             }
         }
+    }
+
+    /// The text of a scene file that, read in `folder`, is this scene, but for
+    /// its path, its text and its limits. Files are named as seen from `folder`
+    /// where there is a way, as the text of their paths has it. Keys of which
+    /// the default is meant are left out.
+    ///
+    /// What no scene file says is lost: names that are not Unicode, and what a
+    /// budget decides where an object has one.
+    pub fn to_toml(&self, folder: &Path) -> String {
+        write::to_toml(self, folder)
     }
 
     /// Reads a scene from `text`; `path` is for messages and relative paths.

@@ -96,7 +96,7 @@ impl Report {
         };
         let parts: Vec<String> = objects
             .iter()
-            .map(|object| format!("{} with {}", name(&object.mesh), name(&object.shape)))
+            .map(|object| format!("{} with {}", name(&object.mesh), object.shape.label()))
             .collect();
         writeln!(out, "{}.", parts.join(", "))
     }

@@ -2,7 +2,7 @@
 
 use super::variant::SelfShadow;
 use crate::Error;
-use crate::scene::{Scene, Search};
+use crate::scene::{Scene, SceneObject, Search, Shape};
 use crate::shape_map::ShapeMap;
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -27,7 +27,12 @@ impl Subject {
         let is_baked = scene
             .objects
             .iter()
-            .map(|object| Ok(ShapeMap::is_shape_map_of(&scene.files, &object.shape)?))
+            .map(|object| {
+                Ok(match &object.shape {
+                    Shape::File(path) => ShapeMap::is_shape_map_of(&scene.files, path)?,
+                    Shape::Text(_) => false,
+                })
+            })
             .collect::<Result<Vec<bool>, Error>>()?;
         let digest = digest(&scene)?;
         Ok(Subject {
@@ -95,7 +100,7 @@ fn digest(scene: &Scene) -> Result<String, Error> {
     add(scene.text.as_bytes());
     let mut known: Vec<&Path> = Vec::new();
     let files = scene.objects.iter();
-    for path in files.flat_map(|object| [object.mesh.as_path(), object.shape.as_path()]) {
+    for path in files.flat_map(SceneObject::files) {
         if known.contains(&path) {
             continue;
         }

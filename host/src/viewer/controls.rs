@@ -4,7 +4,8 @@ use super::probe::Collector;
 use crate::mesh::Projection;
 use crate::prepare::PreparedScene;
 use crate::scene::{
-    Color, DEFAULT_TOLERANCE, LARGEST_BUDGET, LARGEST_STEPS, LEAST_BUDGET, Scene, SceneObject, Search, Tier,
+    Color, DEFAULT_TOLERANCE, LARGEST_BUDGET, LARGEST_STEPS, LEAST_BUDGET, Scene, SceneObject,
+    Search, Tier,
 };
 use crate::shape_map::Storage;
 use eframe::egui::{self, Response, Ui};
@@ -160,12 +161,26 @@ impl<'a> Controls<'a> {
             let current = drawn.map_or(0.04, |drawn| f64::from(drawn.parameters.depth));
             let mut depth = object.depth.unwrap_or(current);
             let largest = (0.2 * size).max(depth);
-            if controls.number("Depth", " world units", &mut depth, 1e-3 * largest..=largest) {
+            if controls.number(
+                "Depth",
+                " world units",
+                &mut depth,
+                1e-3 * largest..=largest,
+            ) {
                 object.depth = Some(depth);
             }
-            let least = if object.tier == Tier::Paper { 0.0 } else { -0.2 };
+            let least = if object.tier == Tier::Paper {
+                0.0
+            } else {
+                -0.2
+            };
             let extrusion = &mut object.extrusion;
-            controls.number("Extension e", " widths", &mut extrusion.extension, least..=0.3);
+            controls.number(
+                "Extension e",
+                " widths",
+                &mut extrusion.extension,
+                least..=0.3,
+            );
             if controls.number("Bevel b", " widths/depth", &mut extrusion.bevel, 0.0..=0.5)
                 && extrusion.bevel == 0.0
             {
@@ -202,7 +217,12 @@ impl<'a> Controls<'a> {
             controls.choice("Texture coordinates", &mut object.projection, all);
             controls.magnitude("Scale", " times", &mut object.scale, 0.01..=100.0);
             for (axis, angle) in ["x", "y", "z"].into_iter().zip(&mut object.rotate) {
-                controls.number(&format!("Rotation about {axis}"), "°", angle, -180.0..=180.0);
+                controls.number(
+                    &format!("Rotation about {axis}"),
+                    "°",
+                    angle,
+                    -180.0..=180.0,
+                );
             }
         });
         self.group("Material", false, |controls| {

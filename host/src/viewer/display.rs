@@ -2,8 +2,8 @@
 //!
 //! `present.wgsl` says the same on a GPU; a test compares the two.
 
-use crate::render::{ColorWords, GeometryWords};
 use crate::render::gpu::Content;
+use crate::render::{ColorWords, GeometryWords};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 
 /// What the viewer shows of each pixel.

@@ -12,8 +12,8 @@
 //! probe      what is on the window, as data
 //! ```
 
-pub mod display;
 mod controls;
+pub mod display;
 mod governor;
 mod judge;
 #[cfg(not(target_arch = "wasm32"))]
@@ -27,10 +27,10 @@ mod workshop;
 
 use crate::Files;
 use crate::prepare::{PreparedScene, finer};
-use crate::scene::{Camera, Scene, Tier};
+use crate::scene::{Camera, Scene, Shape, Tier};
 use controls::{Controls, tidy};
 use display::{Scale, Show};
-use eframe::egui::{self, Key, Modifiers, Rect, Sense, Ui, Vec2, vec2};
+use eframe::egui::{self, Key, Modifiers, Rect, Sense, ThemePreference, Ui, Vec2, vec2};
 use eframe::egui_wgpu;
 use governor::Governor;
 use judge::Judgement;
@@ -91,6 +91,7 @@ pub struct Viewer {
     dropped: Arc<std::sync::Mutex<Vec<(PathBuf, Result<Vec<u8>, String>)>>>,
     started: Instant,
     probe: Probe,
+    told: Probe,
 }
 
 /// All that a picture on the screen follows from.
@@ -155,6 +156,7 @@ impl Viewer {
             dropped: Arc::default(),
             started,
             probe: Probe::default(),
+            told: Probe::default(),
         };
         viewer.order(false);
         Ok(viewer)
@@ -213,7 +215,10 @@ impl Viewer {
         if let Some(first) = scenes.first() {
             self.camera.get_or_insert(first.camera);
             self.wireframe = Wireframe::of(first);
-            let plans = first.objects.iter().filter_map(|object| object.plan.as_ref());
+            let plans = first
+                .objects
+                .iter()
+                .filter_map(|object| object.plan.as_ref());
             let plans: Vec<String> = plans.map(|plan| format!("; {plan}")).collect();
             self.say(format!(
                 "{} triangles, prepared in {:.0} ms{}",
@@ -319,11 +324,12 @@ impl Viewer {
             return;
         }
         let frames = self.frames(&camera, size);
+        let device = self.stage.device().clone();
         match self.stage.draw(&frames, &wanted.look) {
             Ok(Some(view)) => {
                 let mut renderer = self.egui_renderer.write();
-                let filter = eframe::wgpu::FilterMode::Linear;
-                let device = self.stage.device().wgpu();
+                let filter = wgpu::FilterMode::Linear;
+                let device = device.wgpu();
                 match self.screen {
                     Some(id) => {
                         renderer.update_egui_texture_from_wgpu_texture(device, view, filter, id);
@@ -369,7 +375,8 @@ impl Viewer {
         if self.platform.keeps_files()
             && let Files::Memory(all) = &scene.files
         {
-            for path in scene.file_names() {
+            let named = scene.objects.iter().flat_map(|object| object.files());
+            for path in named {
                 let name = crate::files::normal(path);
                 if let Some(bytes) = all.get(&name) {
                     files.push((name.to_string_lossy().into_owned(), bytes.to_vec()));
@@ -445,9 +452,8 @@ impl Viewer {
 
     /// Makes dropped files the mesh or the pattern of the selected object.
     fn adopt(&mut self) {
-        let dropped = std::mem::take(
-            &mut *self.dropped.lock().unwrap_or_else(|lock| lock.into_inner()),
-        );
+        let dropped =
+            std::mem::take(&mut *self.dropped.lock().unwrap_or_else(|lock| lock.into_inner()));
         for (path, bytes) in dropped {
             match bytes {
                 Ok(bytes) => self.take_file(&path, bytes),
@@ -479,7 +485,7 @@ impl Viewer {
             // Of another size, and seen from elsewhere.
             (object.depth, self.camera) = (None, None);
         } else {
-            object.shape = name;
+            object.shape = Shape::File(name);
         }
         self.order(false);
     }
@@ -560,12 +566,22 @@ impl Viewer {
     fn picture(&mut self, ui: &mut Ui, collector: &Collector) {
         let space = ui.available_rect_before_wrap();
         let [width, height] = self.scene.size.map(|side| side as f32);
-        let scale = (space.width() / width).min(space.height() / height).max(0.0);
+        let scale = (space.width() / width)
+            .min(space.height() / height)
+            .max(0.0);
         let rectangle =
             Rect::from_center_size(space.center(), scale * vec2(width, height)).intersect(space);
-        let response = ui.interact(rectangle, ui.id().with("picture"), Sense::click_and_drag());
+        let response = ui.interact(
+            rectangle,
+            ui.scope_id().with("picture"),
+            Sense::click_and_drag(),
+        );
         response.widget_info(|| {
-            egui::WidgetInfo::labeled(egui::WidgetType::Image, true, "The picture: arrow keys turn, with shift move, plus and minus zoom, Home resets")
+            egui::WidgetInfo::labeled(
+                egui::Role::Image,
+                true,
+                "The picture: arrow keys turn, with shift move, plus and minus zoom, Home resets",
+            )
         });
         collector.add("Picture", rectangle, self.show.name());
         if response.clicked() || response.dragged() {
@@ -643,7 +659,7 @@ impl Viewer {
             vec2(12.0, rectangle.height()),
         );
         let response = ui
-            .interact(bar, ui.id().with("split"), Sense::click_and_drag())
+            .interact(bar, ui.scope_id().with("split"), Sense::click_and_drag())
             .on_hover_cursor(egui::CursorIcon::ResizeHorizontal);
         collector.add("Split", bar, self.split);
         response.widget_info(|| egui::WidgetInfo::slider(true, f64::from(self.split), "Split"));
@@ -663,7 +679,11 @@ impl Viewer {
             self.moved = Instant::now();
         }
         let color = ui.style().interact(&response).fg_stroke.color;
-        painter.vline(x, rectangle.y_range(), egui::Stroke::new(3.0, egui::Color32::BLACK));
+        painter.vline(
+            x,
+            rectangle.y_range(),
+            egui::Stroke::new(3.0, egui::Color32::BLACK),
+        );
         painter.vline(x, rectangle.y_range(), egui::Stroke::new(1.5, color));
         let own = self.scene.objects.get(self.selected);
         let left = own.map_or("", |object| object.tier.name());
@@ -729,7 +749,7 @@ impl Viewer {
         }
         let mut controls = Controls::new(ui, collector);
         if let Some(object) = self.scene.objects.get_mut(self.selected) {
-            controls.object(object, self.prepared.first());
+            controls.object(object, self.prepared.first().map(Arc::as_ref));
         }
         controls.scene(&mut self.scene);
         is_changed |= controls.changed();
@@ -754,9 +774,18 @@ impl Viewer {
         ui.small("Drop a mesh or a pattern on the window. Drag turns, shift or the right button moves, the wheel zooms, a double click resets.");
     }
 
-    fn status(&mut self, ui: &mut Ui) {
+    fn status(&mut self, ui: &mut Ui, collector: &Collector) {
         ui.horizontal_wrapped(|ui| {
-            egui::widgets::global_theme_preference_switch(ui);
+            let mut theme = ui.memory(|memory| memory.options.theme_preference);
+            let themes = [
+                (ThemePreference::System, "as the system"),
+                (ThemePreference::Light, "light"),
+                (ThemePreference::Dark, "dark"),
+            ];
+            if Controls::new(ui, collector).choice("Theme", &mut theme, themes) {
+                ui.ctx().set_theme(theme);
+            }
+            ui.separator();
             let [width, height] = self.probe.frame_size;
             let memory = self.stage.bytes() as f64 / f64::from(1 << 20);
             ui.label(format!(
@@ -780,13 +809,13 @@ impl Viewer {
 
     /// Tells the platform what has changed since it was told last.
     fn tell(&mut self, collector: Collector) {
-        let before = self.probe.clone();
         self.probe.controls = collector.into_controls();
         self.probe.message.clone_from(&self.message);
         self.probe.renderer = self.stage.describe().to_string();
         self.probe.scene = self.saved_scene().to_toml(self.platform.folder());
-        if self.probe != before {
+        if self.probe != self.told {
             self.platform.tell(&self.probe);
+            self.told.clone_from(&self.probe);
         }
     }
 }
@@ -799,7 +828,7 @@ impl eframe::App for Viewer {
         self.adopt();
         self.receive(&context);
         self.finish_picture();
-        egui::Panel::bottom("status").show(ui, |ui| self.status(ui));
+        egui::Panel::bottom("status").show(ui, |ui| self.status(ui, &collector));
         egui::Panel::right("controls")
             .default_size(340.0)
             .show(ui, |ui| {

@@ -68,7 +68,10 @@ mod tests {
     };
 
     fn near(a: [f64; 3], b: [f64; 3]) {
-        assert!(DVec3::from(a).distance(DVec3::from(b)) < 1e-9, "{a:?} {b:?}");
+        assert!(
+            DVec3::from(a).distance(DVec3::from(b)) < 1e-9,
+            "{a:?} {b:?}"
+        );
     }
 
     #[test]

@@ -62,14 +62,14 @@ fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     if present.show == 0u {
         return vec4(encode(place.x), encode(place.y), encode(place.z), 1.0);
     }
-    let class = second.x & 255u;
+    let kind = second.x & 255u;
     var color = vec3(0.5);
-    if class == 0u {
+    if kind == 0u {
         return vec4(color, 1.0);
     }
     switch present.show {
         case 1u: {
-            switch class {
+            switch kind {
                 case 1u: { color = vec3(0.95, 0.78, 0.25); }
                 case 2u: { color = vec3(0.80, 0.35, 0.20); }
                 case 3u: { color = vec3(0.55, 0.75, 0.40); }

@@ -1,10 +1,10 @@
 //! What is on the window, as data: for tests and for other programs.
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use std::cell::RefCell;
 
 /// A control as it was shown last.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Control {
     /// What stands on it.
     pub label: String,
@@ -15,7 +15,7 @@ pub struct Control {
 }
 
 /// The state of the viewer.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Probe {
     /// Controls, in the order of the keyboard.
     pub controls: Vec<Control>,

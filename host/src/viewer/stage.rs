@@ -110,9 +110,8 @@ impl Stage {
 
     /// Bytes of the device that scenes and pictures take.
     pub fn bytes(&self) -> u64 {
-        let pane = |pane: &Pane| {
-            pane.scene.bytes() + pane.targets.as_ref().map_or(0, Targets::bytes)
-        };
+        let pane =
+            |pane: &Pane| pane.scene.bytes() + pane.targets.as_ref().map_or(0, Targets::bytes);
         let screen = self.screen.as_ref().map_or(0, |screen| {
             4 * u64::from(screen.size[0]) * u64::from(screen.size[1])
         });
@@ -152,7 +151,11 @@ impl Stage {
         let size = first.size.map(|side| side as u32);
         let device = self.device.clone();
         let is_new = device.attempt(|| self.submit(frames, size, look))?;
-        Ok(self.screen.as_ref().filter(|_| is_new).map(|screen| &screen.view))
+        Ok(self
+            .screen
+            .as_ref()
+            .filter(|_| is_new)
+            .map(|screen| &screen.view))
     }
 
     fn submit(
@@ -176,7 +179,10 @@ impl Stage {
             pane.scene
                 .record(&mut encoder, &self.pipelines, targets, content, None);
         }
-        let is_new = self.screen.as_ref().is_none_or(|screen| screen.size != size);
+        let is_new = self
+            .screen
+            .as_ref()
+            .is_none_or(|screen| screen.size != size);
         if is_new {
             self.screen = Some(Screen {
                 size,
@@ -193,8 +199,15 @@ impl Stage {
             let right = views.last().unwrap_or(left);
             let split = if views.len() == 1 { 1.0 } else { look.split };
             let split = (split * size[0] as f32).round() as u32;
-            self.present
-                .record(device, queue, &mut encoder, &screen.view, [left, right], look, split);
+            self.present.record(
+                device,
+                queue,
+                &mut encoder,
+                &screen.view,
+                [left, right],
+                look,
+                split,
+            );
         }
         let start = Instant::now();
         let last = self.last.clone();
@@ -229,15 +242,22 @@ impl Stage {
             let mut encoder = device
                 .wgpu()
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            pane.scene
-                .record(&mut encoder, &self.pipelines, &targets, Content::Color, None);
+            pane.scene.record(
+                &mut encoder,
+                &self.pipelines,
+                &targets,
+                Content::Color,
+                None,
+            );
             targets.record_read_back(&mut encoder, Content::Color);
             device.queue().submit([encoder.finish()]);
             if let Some(buffer) = targets.read_back(0) {
-                buffer.slice(..).map_async(wgpu::MapMode::Read, move |result| {
-                    *done.lock().unwrap_or_else(PoisonError::into_inner) =
-                        Some(result.map_err(|error| error.to_string()));
-                });
+                buffer
+                    .slice(..)
+                    .map_async(wgpu::MapMode::Read, move |result| {
+                        *done.lock().unwrap_or_else(PoisonError::into_inner) =
+                            Some(result.map_err(|error| error.to_string()));
+                    });
             }
             Ok::<_, RenderError>(())
         })?;
@@ -253,7 +273,11 @@ impl Stage {
     pub fn saved(&mut self) -> Option<Result<Picture, RenderError>> {
         let _ = self.device.wgpu().poll(wgpu::PollType::Poll);
         let saving = self.saving.take()?;
-        let read = saving.read.lock().unwrap_or_else(PoisonError::into_inner).take();
+        let read = saving
+            .read
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take();
         match read {
             None => {
                 self.saving = Some(saving);
@@ -409,10 +433,14 @@ impl Present {
             binding: 0,
             resource: self.uniform.as_entire_binding(),
         }];
-        entries.extend((1..).zip(views).map(|(binding, view)| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::TextureView(view),
-        }));
+        entries.extend(
+            (1..)
+                .zip(views)
+                .map(|(binding, view)| wgpu::BindGroupEntry {
+                    binding,
+                    resource: wgpu::BindingResource::TextureView(view),
+                }),
+        );
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("present"),
             layout: &self.bindings,

@@ -7,7 +7,7 @@
 use libfuzzer_sys::fuzz_target;
 use relievo::prepare::prepare_view;
 use relievo::render::{CpuRenderer, Renderer};
-use relievo::scene::Scene;
+use relievo::scene::{Scene, Shape};
 use std::path::Path;
 
 /// Steps of a search: more of them only take longer.
@@ -27,7 +27,8 @@ fuzz_target!(|text: &str| {
             .join("../../assets/meshes")
             .join(mesh)
             .with_extension("obj");
-        object.shape = root.join("seeds/pattern/gray.png");
+        object.shape = Shape::File(root.join("seeds/pattern/gray.png"));
+        object.raster = None;
         object.steps = object.steps.min(STEPS);
         // Trials would take most of the time.
         object.budget = None;

@@ -6,7 +6,7 @@ use std::time::Duration;
 const SIZE: u64 = 2 * size_of::<u64>() as u64;
 
 /// The device's clock at the beginning and the end of a render pass.
-pub(super) struct Timestamps {
+pub(crate) struct Timestamps {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     read_back: wgpu::Buffer,

@@ -1,0 +1,301 @@
+//! What is written is read back.
+
+use super::*;
+use crate::Files;
+use crate::mesh::Projection;
+use crate::prepare::tests::words;
+use crate::scene::{Camera, Extrusion};
+use proptest::prelude::*;
+
+/// Everything that a scene file says is the same.
+fn assert_same(a: &Scene, b: &Scene) {
+    assert_eq!(
+        (a.size, a.supersampling, a.background, a.camera),
+        (b.size, b.supersampling, b.background, b.camera)
+    );
+    assert_eq!((a.field_of_view, a.light), (b.field_of_view, b.light));
+    assert_eq!(a.objects, b.objects);
+}
+
+fn again(scene: &Scene, folder: &str) -> Scene {
+    let folder = Path::new(folder);
+    let text = scene.to_toml(folder);
+    Scene::parse(&text, &folder.join("again.toml"))
+        .unwrap_or_else(|error| panic!("{error}\n{text}"))
+}
+
+fn number(low: f64, high: f64) -> impl Strategy<Value = f64> {
+    prop_oneof![
+        low..=high,
+        Just(low),
+        Just(high),
+        (low..=high).prop_map(move |x| x.round().clamp(low, high))
+    ]
+}
+
+fn vector(limit: f64) -> impl Strategy<Value = [f64; 3]> {
+    prop::array::uniform3(number(-limit, limit))
+}
+
+fn color() -> impl Strategy<Value = Color> {
+    prop_oneof![
+        (0..0x100_0000_u32).prop_map(Color::from_hex),
+        prop::array::uniform3(number(0.0, 1.0)).prop_map(Color)
+    ]
+}
+
+fn camera() -> impl Strategy<Value = Camera> {
+    (vector(1e9), vector(1e9), vector(10.0))
+        .prop_map(|(eye, target, up)| Camera { eye, target, up })
+        .prop_filter("a camera looks somewhere", |camera| {
+            let [eye, target, up] = [camera.eye, camera.target, camera.up].map(glam::DVec3::from);
+            let forward = (target - eye).normalize_or_zero();
+            forward.cross(up.normalize_or_zero()).length() > 1e-5
+        })
+}
+
+/// A path below the folder of the scene, or above it.
+fn path() -> impl Strategy<Value = PathBuf> {
+    "(\\.\\./){0,2}[a-zé \"'#\\]\\[=]{1,8}(/[a-z]{1,3}){0,2}\\.[a-z]{3}"
+        .prop_map(|path: String| Path::new("some/scenes").join(path))
+}
+
+fn shape() -> impl Strategy<Value = Shape> {
+    let text = any::<String>().prop_filter("letters", |text| {
+        text.chars().any(|c| !c.is_whitespace()) && text.chars().count() < 4000
+    });
+    prop_oneof![
+        path().prop_map(Shape::File),
+        (text, prop::option::of(path()), number(0.0, 10.0))
+            .prop_map(|(text, font, margin)| Shape::Text(Lettering { text, font, margin }))
+    ]
+}
+
+/// How the object is searched: all that depends on each other.
+fn searched() -> impl Strategy<Value = SceneObject> {
+    let text = "[[object]]\nmesh = 'a'\nshape = 'a'\n";
+    let plain = Scene::parse(text, Path::new("")).unwrap().objects.remove(0);
+    let parameters = (
+        0..5_usize,
+        number(-1.0, 2.0),
+        number(0.0, 10.0),
+        number(0.0, 1.0),
+    );
+    let effort = (
+        1..=65_536_u32,
+        0..=64_u32,
+        number(1e-4, 16.0),
+        number(0.0, 16.0),
+    );
+    let rest = (
+        prop::sample::select(&Tier::ALL[..]),
+        prop::option::of(number(0.01, 100.0)),
+        any::<[bool; 2]>(),
+        prop::sample::select(vec![Storage::R8, Storage::R16, Storage::R32F]),
+        0..=12_u32,
+    );
+    (parameters, effort, rest).prop_map(move |(parameters, effort, rest)| {
+        let (technique, extension, bevel, chamfer) = parameters;
+        let (steps, bisections, tolerance, slack) = effort;
+        let (tier, budget, [uses_default, clamp_depth], storage, reduction) = rest;
+        let is_relief = technique == 4;
+        let mut object = plain.clone();
+        object.search = if is_relief {
+            Search::Relief
+        } else {
+            Search::Extrusion
+        };
+        object.extrusion = Extrusion {
+            extension: if technique > 0 { extension } else { 0.0 },
+            bevel: if technique > 1 { bevel } else { 0.0 },
+            chamfer: if technique > 2 { chamfer } else { 1.0 },
+        };
+        if is_relief {
+            (object.steps, object.bisections) = Tier::Paper.default_effort();
+        } else if budget.is_some() {
+            object.budget = budget;
+            return object;
+        }
+        object.tier = if is_relief && tier == Tier::Accurate {
+            Tier::Fast
+        } else {
+            tier
+        };
+        if object.tier == Tier::Paper {
+            object.extrusion.extension = object.extrusion.extension.abs();
+        }
+        if object.tier == Tier::Accurate {
+            (object.tolerance, object.clamp_depth) = (tolerance, clamp_depth);
+        }
+        if object.tier != Tier::Paper && !is_relief {
+            object.slack = slack;
+            (object.steps, object.bisections) = object.tier.default_effort();
+        } else {
+            (object.steps, object.bisections) = Tier::Paper.default_effort();
+        }
+        if !uses_default {
+            (object.steps, object.bisections) = (steps, bisections);
+        }
+        object.map = MapOptions {
+            storage,
+            reduction: 1 << reduction,
+        };
+        object
+    })
+}
+
+fn object() -> impl Strategy<Value = SceneObject> {
+    let names = (prop::option::of(any::<String>()), path(), shape());
+    let placed = (
+        prop::array::uniform2(number(1e-3, 1e5)),
+        prop::option::of(number(1e-9, 1e9)),
+        number(1e-9, 1e9),
+        vector(1e9),
+        vector(1e9),
+    );
+    let pattern = (
+        prop::option::of(8..=32_768_u32),
+        prop::option::of(prop::sample::select(&Projection::ALL[..])),
+        1..=255_u8,
+        any::<[bool; 3]>(),
+    );
+    let material = (
+        prop::array::uniform4(color()),
+        number(0.0, 1.0),
+        1..=127_u32,
+    );
+    (searched(), names, placed, pattern, material).prop_map(
+        |(searched, (name, mesh, shape), placed, pattern, material)| {
+            let (repeat, depth, scale, rotate, translate) = placed;
+            let (raster, projection, threshold, [cut_out, self_shadow, invert]) = pattern;
+            let ([cap, wall, bevel, floor], specular, shininess) = material;
+            SceneObject {
+                name: name.unwrap_or_else(|| default_name(&mesh)),
+                mesh,
+                shape,
+                raster,
+                repeat,
+                depth,
+                cut_out,
+                self_shadow,
+                projection,
+                threshold,
+                invert,
+                scale,
+                rotate,
+                translate,
+                material: Material {
+                    cap,
+                    wall,
+                    bevel,
+                    floor,
+                    specular,
+                    shininess,
+                },
+                ..searched
+            }
+        },
+    )
+}
+
+fn scene() -> impl Strategy<Value = Scene> {
+    let text = "[[object]]\nmesh = 'a'\nshape = 'a'\n";
+    let plain = Scene::parse(text, Path::new("some/scenes/a.toml")).unwrap();
+    let picture = (prop::array::uniform2(1..=16_384_u32), 1..=2_u32, color());
+    let view = (prop::option::of(camera()), number(0.01, 179.0));
+    let light = (
+        vector(1e9).prop_filter("light has a direction", |v| *v != [0.0; 3]),
+        color(),
+        number(0.0, 1000.0),
+        color(),
+    );
+    let objects = prop::collection::vec(object(), 1..3);
+    (picture, view, light, objects).prop_map(move |(picture, view, light, objects)| {
+        let (size, supersampling, background) = picture;
+        let (camera, field_of_view) = view;
+        let (direction, color, intensity, ambient) = light;
+        Scene {
+            size,
+            supersampling,
+            background,
+            camera,
+            field_of_view,
+            light: Light {
+                direction,
+                color,
+                intensity,
+                ambient,
+            },
+            objects,
+            ..plain.clone()
+        }
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+    #[test]
+    fn any_scene_is_read_back(scene in scene()) {
+        assert_same(&again(&scene, "some/scenes"), &scene);
+    }
+}
+
+#[test]
+fn three_lines_stay_short() {
+    let text = "[[object]]\nmesh = \"a.obj\"\nshape = \"b.png\"\n";
+    let scene = Scene::parse(text, Path::new("scene.toml")).unwrap();
+    let size = "[image]\nsize = [800, 600]\n\n";
+    assert_eq!(scene.to_toml(Path::new("")), format!("{size}{text}"));
+}
+
+#[test]
+fn files_are_named_from_the_new_folder() {
+    let text = "[[object]]\nmesh = '../meshes/a.obj'\nshape = { text = 'A', font = '/c/d.ttf' }\n";
+    let scene = Scene::parse(text, Path::new("/a/scenes/x.toml")).unwrap();
+    for (folder, mesh, font) in [
+        ("/a/scenes", "../meshes/a.obj", "../../c/d.ttf"),
+        ("/a", "scenes/../meshes/a.obj", "../c/d.ttf"),
+        ("/a/b/c", "../../meshes/a.obj", "../../../c/d.ttf"),
+        ("/", "a/scenes/../meshes/a.obj", "c/d.ttf"),
+    ] {
+        let text = scene.to_toml(Path::new(folder));
+        for name in [mesh, font] {
+            assert!(text.contains(&format!("\"{name}\"")), "{name}: {text}");
+        }
+    }
+    // A relative path is seen from where the program runs.
+    let scene = Scene::parse("[[object]]\nmesh = 'a'\nshape = 'b/c'\n", Path::new("x/y")).unwrap();
+    let here = std::env::current_dir().unwrap();
+    for folder in [PathBuf::from("z"), here.join("z")] {
+        let text = scene.to_toml(&folder);
+        assert!(
+            text.contains("\"../x/a\"") && text.contains("\"../x/b/c\""),
+            "{text}"
+        );
+    }
+}
+
+#[test]
+fn a_budget_that_is_set_is_written() {
+    let text = "[[object]]\nmesh = 'a'\nshape = 'b'\ntier = 'accurate'\ntolerance = 1.0\nclamp_depth = true\n";
+    let mut scene = Scene::parse(text, Path::new("some/a.toml")).unwrap();
+    scene.set_budget(Some(0.5));
+    assert_same(&again(&scene, "some"), &scene);
+}
+
+/// The scenes of this project, and their pictures.
+#[test]
+fn every_scene_is_read_back() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/scenes");
+    for entry in folder.read_dir().unwrap() {
+        let path = entry.unwrap().path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        let scene = Scene::load(&path).unwrap();
+        let text = scene.to_toml(&folder);
+        let again = Scene::parse_with(&text, &path, &scene.limits, Files::Disk).unwrap();
+        assert_same(&again, &scene);
+        assert!(words(again) == words(scene), "{}", path.display());
+    }
+}

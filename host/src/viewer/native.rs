@@ -1,0 +1,156 @@
+//! The viewer in a window of the desktop.
+
+use super::Viewer;
+use super::platform::Platform;
+use super::probe::Probe;
+use crate::Error;
+use crate::file::write_bytes;
+use crate::render::RenderError;
+use crate::scene::Scene;
+use eframe::egui::{self, vec2};
+use eframe::egui_wgpu::{WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
+use relievo_bitwise::descriptor;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex, PoisonError};
+use web_time::Instant;
+
+/// How the window is opened.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// The folder that pictures and scenes are saved to.
+    pub folder: PathBuf,
+    /// Part of the name of the adapter that is wanted.
+    pub adapter: Option<String>,
+    /// Width and height of the window, points.
+    pub size: [f32; 2],
+    /// A file that is told what is on the window, as JSON, whenever it changes.
+    pub probe: Option<PathBuf>,
+}
+
+/// Opens a window on `scene`, and returns when it is closed.
+///
+/// # Errors
+/// Where there is no window or no adapter to be had.
+pub fn run(scene: Scene, options: &Options) -> Result<(), Error> {
+    let started = Instant::now();
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    setup.instance_descriptor = wgpu::InstanceDescriptor {
+        backends: wgpu::Backends::PRIMARY,
+        // Validation only where it is asked for, also in debug builds.
+        flags: wgpu::InstanceFlags::empty().with_env(),
+        ..wgpu::InstanceDescriptor::new_without_display_handle_from_env()
+    };
+    setup.device_descriptor = Arc::new(descriptor);
+    if let Some(wanted) = options.adapter.clone() {
+        setup.native_adapter_selector =
+            Some(Arc::new(move |all, surface| choose(all, surface, &wanted)));
+    }
+    let title = format!("Relievo: {}", scene.path.display());
+    let native = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title(title)
+            .with_app_id("relievo")
+            .with_inner_size(vec2(options.size[0], options.size[1]))
+            .with_min_inner_size(vec2(480.0, 320.0)),
+        renderer: eframe::Renderer::Wgpu,
+        wgpu_options: WgpuConfiguration {
+            wgpu_setup: WgpuSetup::CreateNew(setup),
+            ..Default::default()
+        },
+        dithering: false,
+        ..Default::default()
+    };
+    let desktop = Desktop {
+        folder: options.folder.clone(),
+        probe: options.probe.clone(),
+    };
+    // What our own part has against it, which eframe only shows as text.
+    let fault = Arc::new(Mutex::new(None));
+    let told = fault.clone();
+    let opened = eframe::run_native(
+        "relievo",
+        native,
+        Box::new(
+            move |context| match Viewer::new(context, scene, Box::new(desktop), started) {
+                Ok(viewer) => Ok(Box::new(viewer)),
+                Err(error) => {
+                    let message = error.to_string();
+                    *told.lock().unwrap_or_else(PoisonError::into_inner) = Some(error);
+                    Err(message.into())
+                }
+            },
+        ),
+    );
+    if let Some(error) = fault.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        return Err(error);
+    }
+    opened.map_err(|error| {
+        Error::from(RenderError::Window {
+            message: error.to_string(),
+        })
+    })
+}
+
+/// The first adapter that can draw on `surface` and has `wanted` in its name or
+/// driver.
+fn choose(
+    all: &[wgpu::Adapter],
+    surface: Option<&wgpu::Surface<'_>>,
+    wanted: &str,
+) -> Result<wgpu::Adapter, String> {
+    let describe = |adapter: &wgpu::Adapter| {
+        let info = adapter.get_info();
+        format!("{} ({:?}, {})", info.name, info.backend, info.driver)
+    };
+    let usable = |adapter: &&wgpu::Adapter| {
+        surface.is_none_or(|surface| adapter.is_surface_supported(surface))
+            && describe(adapter)
+                .to_lowercase()
+                .contains(&wanted.to_lowercase())
+    };
+    all.iter().find(usable).cloned().ok_or_else(|| {
+        let names: Vec<String> = all.iter().map(describe).collect();
+        format!(
+            "no adapter that can draw on a window has {wanted:?} in its name; there are: {}",
+            names.join("; ")
+        )
+    })
+}
+
+/// Files go to a folder.
+struct Desktop {
+    folder: PathBuf,
+    probe: Option<PathBuf>,
+}
+
+impl Platform for Desktop {
+    fn save(&mut self, files: &[(String, Vec<u8>)]) -> Result<String, String> {
+        let mut places = Vec::new();
+        for (name, bytes) in files {
+            let path = self.folder.join(name);
+            write_bytes(&path, bytes).map_err(|error| error.to_string())?;
+            places.push(path.display().to_string());
+        }
+        Ok(places.join(", "))
+    }
+
+    fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    fn keeps_files(&self) -> bool {
+        false
+    }
+
+    fn tell(&mut self, probe: &Probe) {
+        let Some(path) = &self.probe else { return };
+        let told = serde_json::to_vec_pretty(probe)
+            .map_err(|error| error.to_string())
+            .and_then(|json| write_bytes(path, &json).map_err(|error| error.to_string()));
+        if let Err(problem) = told {
+            tracing::warn!("{problem}");
+            // Once is enough.
+            self.probe = None;
+        }
+    }
+}
