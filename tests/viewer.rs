@@ -3,34 +3,38 @@
 
 mod window;
 
-use relievo_tests::program;
+use relievo_tests::{asset, program};
 use std::path::Path;
+use std::process::Command;
 use std::time::Duration;
 use window::{Display, Window};
-
-fn scene(name: &str) -> String {
-    format!("{}/../assets/scenes/{name}", env!("CARGO_MANIFEST_DIR"))
-}
 
 /// What `render` makes of a saved scene.
 fn rendered(scene: &Path) -> image::RgbImage {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("rendered.png");
-    let done = program()
+    let done = Command::new(program())
         .args(["render", "--allow-outside", "--backend", "gpu", "-o"])
         .args([&output, scene])
         .output()
         .unwrap();
-    assert!(done.status.success(), "{}", String::from_utf8_lossy(&done.stderr));
+    assert!(
+        done.status.success(),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
     image::open(output).unwrap().into_rgb8()
 }
 
 #[test]
 fn gpu_a_slider_moves_and_the_saved_picture_is_what_render_makes_of_the_saved_scene() {
-    let Some(display) = Display::open() else { return };
+    let Some(display) = Display::open() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::open(&display, &scene("torus.toml"), folder.path());
+    let mut window = Window::open(&display, &asset("scenes/torus.toml"), folder.path());
     let first = window.settle();
+    println!("first picture after {:?} ms", first.first_picture_ms);
     assert_eq!(first.value("Bevel b"), "0");
     let before = window.look("Picture");
     assert!(before.colors() > 100, "{} colours", before.colors());
@@ -41,11 +45,14 @@ fn gpu_a_slider_moves_and_the_saved_picture_is_what_render_makes_of_the_saved_sc
     assert!(dragged > 0.05, "{dragged}");
     window.key("Right");
     let nudged = window.settle().number("Bevel b");
-    assert!(nudged > dragged && nudged < dragged + 0.05, "{dragged} {nudged}");
+    assert!(
+        nudged > dragged && nudged < dragged + 0.05,
+        "{dragged} {nudged}"
+    );
     assert_ne!(window.look("Picture").pixels, before.pixels);
 
     // The camera: a drag on the picture, and the wheel.
-    let scene_before = window.probe().scene;
+    let scene_before = window.probe().scene.clone();
     window.drag("Picture", [300.0, 200.0], [360.0, 170.0]);
     let probe = window.settle();
     assert_ne!(probe.scene, scene_before);
@@ -54,44 +61,68 @@ fn gpu_a_slider_moves_and_the_saved_picture_is_what_render_makes_of_the_saved_sc
     window.expect(|probe| probe.message.contains("torus-view.toml"));
     window.key("Control+p");
     window.expect(|probe| probe.message.contains("torus-view.png"));
-    let saved = image::open(folder.path().join("torus-view.png")).unwrap().into_rgb8();
+    let saved = image::open(folder.path().join("torus-view.png"))
+        .unwrap()
+        .into_rgb8();
     let text = std::fs::read_to_string(folder.path().join("torus-view.toml")).unwrap();
     assert_eq!(text, window.probe().scene);
     assert!(text.contains("bevel"), "{text}");
     let again = rendered(&folder.path().join("torus-view.toml"));
     assert_eq!(saved.dimensions(), (800, 600));
-    let differing = saved.pixels().zip(again.pixels()).filter(|(a, b)| a != b).count();
+    let differing = saved
+        .pixels()
+        .zip(again.pixels())
+        .filter(|(a, b)| a != b)
+        .count();
     assert_eq!(differing, 0, "pixels differ from what render makes");
     window.passed();
 }
 
 #[test]
 fn gpu_ten_frames_a_second_while_it_moves() {
-    let Some(display) = Display::open() else { return };
+    let Some(display) = Display::open() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::open(&display, &scene("torus.toml"), folder.path());
+    let mut window = Window::open(&display, &asset("scenes/torus.toml"), folder.path());
     let rest = window.settle();
     let frames = rest.frames;
     // Small pulls, one after the other, for as long as a person would.
     let took = window.turn("Picture", 40, Duration::from_millis(25));
     let drawn = window.probe().frames - frames;
     let rate = drawn as f64 / took.as_secs_f64();
-    println!("{drawn} frames in {:.2} s: {rate:.1} a second, {:?} pixels", took.as_secs_f64(), window.probe().frame_size);
+    println!(
+        "{drawn} frames in {:.2} s: {rate:.1} a second, {:?} pixels",
+        took.as_secs_f64(),
+        window.probe().frame_size
+    );
     // How fast is a matter of the machine; that pictures follow is not.
     assert!(drawn > 5, "{drawn}");
     let settled = window.settle();
-    assert_eq!(settled.frame_size, rest.frame_size, "at rest all pixels are drawn");
+    assert_eq!(
+        settled.frame_size, rest.frame_size,
+        "at rest all pixels are drawn"
+    );
     window.passed();
 }
 
 #[test]
 fn gpu_everything_can_be_reached_and_shown() {
-    let Some(display) = Display::open() else { return };
+    let Some(display) = Display::open() else {
+        return;
+    };
     let folder = tempfile::tempdir().unwrap();
-    let mut window = Window::open(&display, &scene("torus.toml"), folder.path());
+    let mut window = Window::open(&display, &asset("scenes/torus.toml"), folder.path());
     window.settle();
     let picture = window.look("Picture");
-    for show in ["Surface class", "Normal", "Distance", "Texture coordinates", "Depth", "Steps"] {
+    for show in [
+        "Surface class",
+        "Normal",
+        "Distance",
+        "Texture coordinates",
+        "Depth",
+        "Steps",
+    ] {
         window.choose("Show", show);
         window.expect(|probe| probe.value("Show") == show);
         window.settle();
@@ -105,7 +136,12 @@ fn gpu_everything_can_be_reached_and_shown() {
     window.click("Wireframe");
 
     window.choose("Compare with", "planar");
-    window.expect(|probe| probe.controls.iter().any(|control| control.label == "Split"));
+    window.expect(|probe| {
+        probe
+            .controls
+            .iter()
+            .any(|control| control.label == "Split")
+    });
     window.settle();
     let half = window.probe().number("Split");
     window.drag("Split", [6.0, 100.0], [86.0, 100.0]);

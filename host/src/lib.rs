@@ -28,13 +28,16 @@
 //! The mathematics stands in `relievo-shared`, and only there.
 
 pub mod aov;
+#[cfg(feature = "studies")]
 pub mod bench;
+#[cfg(feature = "studies")]
 pub mod bounds;
 pub mod budget;
 pub mod error;
 pub mod explain;
 pub mod file;
 pub mod files;
+#[cfg(feature = "studies")]
 pub mod gallery;
 pub mod limits;
 pub mod mesh;
@@ -46,6 +49,7 @@ pub mod render;
 pub mod scene;
 pub mod shape_map;
 pub mod shell;
+#[cfg(feature = "studies")]
 pub mod tradeoff;
 pub mod verify;
 #[cfg(feature = "viewer")]

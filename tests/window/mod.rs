@@ -25,7 +25,15 @@ impl Display {
     /// Starts one; none where it is not installed and need not be.
     pub fn open() -> Option<Display> {
         let started = Command::new("Xvfb")
-            .args(["-displayfd", "1", "-screen", "0", "1280x800x24", "-nolisten", "tcp"])
+            .args([
+                "-displayfd",
+                "1",
+                "-screen",
+                "0",
+                "1280x800x24",
+                "-nolisten",
+                "tcp",
+            ])
             .stdout(Stdio::piped())
             .stderr(Stdio::null())
             .spawn();
@@ -74,7 +82,10 @@ impl Probe {
         let labels = || self.controls.iter().map(|control| control.label.as_str());
         match control {
             Some(control) => control.rectangle,
-            None => panic!("no control {label:?} among {:?}", labels().collect::<Vec<_>>()),
+            None => panic!(
+                "no control {label:?} among {:?}",
+                labels().collect::<Vec<_>>()
+            ),
         }
     }
 
@@ -99,7 +110,8 @@ pub struct Look {
 impl Look {
     /// How many different colours there are.
     pub fn colors(&self) -> usize {
-        let all: std::collections::BTreeSet<_> = self.pixels.pixels().map(|pixel| pixel.0).collect();
+        let all: std::collections::BTreeSet<_> =
+            self.pixels.pixels().map(|pixel| pixel.0).collect();
         all.len()
     }
 }
@@ -117,10 +129,12 @@ pub struct Window {
 
 impl Window {
     /// Opens the viewer on a scene, and waits until its window is there.
-    pub fn open(display: &Display, scene: &str, folder: &Path) -> Window {
+    pub fn open(display: &Display, scene: &Path, folder: &Path) -> Window {
         let probe = folder.join("probe.json");
-        let program = Command::new(assert_cmd::cargo::cargo_bin("relievo"))
-            .args(["view", scene, "--window", "1000x700", "-o"])
+        let program = Command::new(relievo_tests::program())
+            .arg("view")
+            .arg(scene)
+            .args(["--window", "1000x700", "-o"])
             .arg(folder)
             .arg("--probe")
             .arg(&probe)
@@ -129,7 +143,8 @@ impl Window {
             .env("WGPU_VALIDATION", "0")
             .spawn()
             .expect("the viewer starts");
-        let (connection, screen) = x11rb::connect(Some(&display.name)).expect("the display answers");
+        let (connection, screen) =
+            x11rb::connect(Some(&display.name)).expect("the display answers");
         let root = connection.setup().roots[screen].root;
         let mut window = Window {
             program,
@@ -193,7 +208,9 @@ impl Window {
 
     fn read(&self) -> Option<Probe> {
         let bytes = std::fs::read(&self.probe).ok()?;
-        Some(Probe(serde_json::from_slice(&bytes).expect("it is written whole")))
+        Some(Probe(
+            serde_json::from_slice(&bytes).expect("it is written whole"),
+        ))
     }
 
     /// What the viewer has told last.
@@ -232,7 +249,11 @@ impl Window {
     }
 
     fn button(&self, is_down: bool) {
-        let kind = if is_down { xproto::BUTTON_PRESS_EVENT } else { xproto::BUTTON_RELEASE_EVENT };
+        let kind = if is_down {
+            xproto::BUTTON_PRESS_EVENT
+        } else {
+            xproto::BUTTON_RELEASE_EVENT
+        };
         self.input(kind, 1, [0; 2]);
     }
 
@@ -311,7 +332,10 @@ impl Window {
             .reply()
             .unwrap();
         let columns = usize::from(map.keysyms_per_keycode);
-        let rows = map.keysyms.chunks(columns).position(|row| row.contains(&symbol));
+        let rows = map
+            .keysyms
+            .chunks(columns)
+            .position(|row| row.contains(&symbol));
         first + rows.expect("the keyboard has that key") as u8
     }
 
@@ -333,7 +357,10 @@ impl Window {
             .reply()
             .unwrap();
         // Blue, green, red, and a byte that means nothing.
-        let bytes = image.data.chunks_exact(4).flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]);
+        let bytes = image
+            .data
+            .chunks_exact(4)
+            .flat_map(|pixel| [pixel[2], pixel[1], pixel[0]]);
         RgbImage::from_raw(width.into(), height.into(), bytes.collect()).expect("24 bits a pixel")
     }
 

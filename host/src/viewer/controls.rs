@@ -36,6 +36,10 @@ impl<'a> Controls<'a> {
     fn note(&mut self, label: &str, response: &Response, value: impl ToString) -> bool {
         self.collector.add(label, response.rect, value);
         self.changed |= response.changed();
+        if response.dragged() {
+            // Arrow keys go on from there.
+            response.request_focus();
+        }
         response.changed()
     }
 

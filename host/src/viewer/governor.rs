@@ -4,9 +4,9 @@ use std::time::Duration;
 
 /// What a frame in motion may take: 10 in a second, with room for the window
 /// itself.
-const WANTED: Duration = Duration::from_millis(60);
-/// The coarsest picture: each of its pixels covers 8 × 8.
-const COARSEST: f64 = 1.0 / 8.0;
+const WANTED: Duration = Duration::from_millis(45);
+/// The coarsest picture: each of its pixels covers 6 × 6.
+const COARSEST: f64 = 1.0 / 6.0;
 
 /// Chooses the resolution of pictures in motion by what the last ones took.
 #[derive(Clone, Copy, Debug, Default)]
@@ -59,7 +59,7 @@ mod tests {
         }
         let size = governor.size(full);
         let took = 1e-6 * f64::from(size[0]) * f64::from(size[1]);
-        assert!(took < 0.065 && took > 0.05, "{size:?}");
+        assert!(took < 0.047 && took > 0.043, "{size:?}");
     }
 
     #[test]
@@ -68,7 +68,7 @@ mod tests {
         governor.learn([640, 480], Duration::from_micros(300));
         assert_eq!(governor.size([640, 480]), [640, 480]);
         governor.learn([640, 480], Duration::from_secs(100));
-        assert_eq!(governor.size([640, 480]), [80, 60]);
+        assert_eq!(governor.size([640, 480]), [107, 80]);
         assert_eq!(governor.size([1, 1]), [1, 1]);
     }
 }

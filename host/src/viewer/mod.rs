@@ -22,6 +22,8 @@ pub mod orbit;
 pub mod platform;
 pub mod probe;
 pub mod stage;
+#[cfg(target_arch = "wasm32")]
+pub mod web;
 mod wireframe;
 mod workshop;
 
@@ -88,11 +90,15 @@ pub struct Viewer {
     message: String,
     is_wrong: bool,
     is_saving: bool,
-    dropped: Arc<std::sync::Mutex<Vec<(PathBuf, Result<Vec<u8>, String>)>>>,
+    dropped: Dropped,
     started: Instant,
     probe: Probe,
     told: Probe,
 }
+
+/// Files that were dropped on the window, and their bytes where they are on no
+/// disk.
+type Dropped = Arc<std::sync::Mutex<Vec<(PathBuf, Result<Vec<u8>, String>)>>>;
 
 /// All that a picture on the screen follows from.
 #[derive(Clone, Debug, PartialEq)]

@@ -3,10 +3,12 @@
 use super::display::{Scale, Show};
 use crate::picture::Picture;
 use crate::prepare::PreparedScene;
-use crate::render::gpu::{Choice, Content, Device, Extent, GpuScene, Pipelines, Targets};
+use crate::render::gpu::{
+    Choice, Content, Device, Extent, GpuScene, Pipelines, Targets, Timestamps,
+};
 use crate::render::{ColorWords, RenderError};
 use relievo_shared::layout::Frame;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 use web_time::Instant;
 
@@ -32,7 +34,10 @@ pub struct Stage {
     present: Present,
     panes: Vec<Pane>,
     screen: Option<Screen>,
-    last: Arc<Mutex<Progress>>,
+    /// `None` where the device has no clock of its own.
+    timestamps: Option<Timestamps>,
+    running: Option<Running>,
+    last: Option<([u32; 2], Duration)>,
     saving: Option<Saving>,
 }
 
@@ -47,11 +52,12 @@ struct Screen {
     view: wgpu::TextureView,
 }
 
-/// What is known of the frame that was submitted last.
-#[derive(Clone, Copy, Default)]
-struct Progress {
-    running: bool,
-    took: Option<([u32; 2], Duration)>,
+/// A frame that the device has been given.
+struct Running {
+    size: [u32; 2],
+    start: Instant,
+    /// When it was done, or what stood against it.
+    done: Arc<OnceLock<Result<Instant, wgpu::BufferAsyncError>>>,
 }
 
 /// A picture that is being read back.
@@ -69,6 +75,9 @@ impl Stage {
     pub fn new(device: Device) -> Result<Stage, RenderError> {
         let shaders = Choice::Trusted.on(&device)?;
         let pipelines = Pipelines::new(&device, &shaders.module()?);
+        let (wgpu, queue) = (device.wgpu(), device.queue());
+        let has_clock = wgpu.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let timestamps = has_clock.then(|| Timestamps::new(wgpu, queue.get_timestamp_period()));
         Ok(Stage {
             description: format!("{}, {}", device.describe(), shaders.describe()),
             present: Present::new(device.wgpu()),
@@ -76,7 +85,9 @@ impl Stage {
             device,
             panes: Vec::new(),
             screen: None,
-            last: Arc::default(),
+            timestamps,
+            running: None,
+            last: None,
             saving: None,
         })
     }
@@ -119,19 +130,36 @@ impl Stage {
     }
 
     /// Whether the frame that was drawn last is not done yet.
-    pub fn is_busy(&self) -> bool {
+    pub fn is_busy(&mut self) -> bool {
         // Polling tells callbacks; it does not wait.
         let _ = self.device.wgpu().poll(wgpu::PollType::Poll);
-        self.progress().running
+        let Some(running) = &self.running else {
+            return false;
+        };
+        let Some(done) = running.done.get() else {
+            return true;
+        };
+        if let Ok(end) = done {
+            let clock = self.timestamps.as_ref().and_then(|timestamps| {
+                let buffer = timestamps.buffer();
+                let bytes = buffer.slice(..).get_mapped_range().ok()?;
+                // The last of the scenes was timed.
+                Some(timestamps.duration(&bytes) * self.panes.len() as u32)
+            });
+            let wall = end.duration_since(running.start);
+            self.last = Some((running.size, clock.unwrap_or(wall)));
+        }
+        if let Some(timestamps) = &self.timestamps {
+            timestamps.buffer().unmap();
+        }
+        self.running = None;
+        false
     }
 
-    /// Size of the last frame that was done, and how long it took.
+    /// Size of the last frame that was done, and how long it took: by the
+    /// device's clock, or by ours where it has none.
     pub fn last_frame(&self) -> Option<([u32; 2], Duration)> {
-        self.progress().took
-    }
-
-    fn progress(&self) -> Progress {
-        *self.last.lock().unwrap_or_else(PoisonError::into_inner)
+        self.last
     }
 
     /// Draws a frame of each scene, of one size, to the screen; it is done when
@@ -167,7 +195,9 @@ impl Stage {
         let content = look.show.content();
         let (device, queue) = (self.device.wgpu(), self.device.queue());
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        for (pane, frame) in self.panes.iter_mut().zip(frames) {
+        let count = self.panes.len();
+        let clock = self.timestamps.as_ref();
+        for (number, (pane, frame)) in self.panes.iter_mut().zip(frames).enumerate() {
             pane.scene.make(&mut self.pipelines, content)?;
             let kept = pane.targets.take().filter(|kept| kept.size() == size);
             let targets = pane.targets.insert(match kept {
@@ -176,8 +206,13 @@ impl Stage {
             });
             targets.make(&self.device, content, false);
             pane.scene.set_frame(queue, frame);
-            pane.scene
-                .record(&mut encoder, &self.pipelines, targets, content, None);
+            pane.scene.record(
+                &mut encoder,
+                &self.pipelines,
+                targets,
+                content,
+                clock.filter(|_| number + 1 == count),
+            );
         }
         let is_new = self
             .screen
@@ -209,16 +244,27 @@ impl Stage {
                 split,
             );
         }
-        let start = Instant::now();
-        let last = self.last.clone();
-        last.lock().unwrap_or_else(PoisonError::into_inner).running = true;
-        queue.submit([encoder.finish()]);
-        queue.on_submitted_work_done(move || {
-            *last.lock().unwrap_or_else(PoisonError::into_inner) = Progress {
-                running: false,
-                took: Some((size, start.elapsed())),
-            };
+        if let Some(timestamps) = clock {
+            timestamps.resolve(&mut encoder);
+        }
+        let done = Arc::new(OnceLock::new());
+        self.running = Some(Running {
+            size,
+            start: Instant::now(),
+            done: done.clone(),
         });
+        queue.submit([encoder.finish()]);
+        let finish = move |result: Result<(), wgpu::BufferAsyncError>| {
+            // It is told once.
+            let _ = done.set(result.map(|()| Instant::now()));
+        };
+        match clock {
+            Some(timestamps) => timestamps
+                .buffer()
+                .slice(..)
+                .map_async(wgpu::MapMode::Read, finish),
+            None => queue.on_submitted_work_done(move || finish(Ok(()))),
+        }
         Ok(is_new)
     }
 

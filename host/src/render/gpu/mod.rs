@@ -21,7 +21,7 @@ use super::{ColorWords, GeometryWords, RenderError, Renderer};
 use crate::prepare::PreparedScene;
 use relievo_shared::layout::Frame;
 use std::time::{Duration, Instant};
-use timestamps::Timestamps;
+pub(crate) use timestamps::Timestamps;
 
 /// Renders one scene on a GPU. Buffers and pipelines are made once; a frame
 /// writes its camera and draws.

@@ -16,7 +16,7 @@ pub(crate) struct Timestamps {
 
 impl Timestamps {
     /// For a device whose clock ticks every `period` nanoseconds.
-    pub(super) fn new(device: &wgpu::Device, period: f32) -> Timestamps {
+    pub(crate) fn new(device: &wgpu::Device, period: f32) -> Timestamps {
         let buffer = |usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("timestamps"),
@@ -38,7 +38,7 @@ impl Timestamps {
     }
 
     /// What a render pass writes.
-    pub(super) fn writes(&self) -> wgpu::RenderPassTimestampWrites<'_> {
+    pub(crate) fn writes(&self) -> wgpu::RenderPassTimestampWrites<'_> {
         wgpu::RenderPassTimestampWrites {
             query_set: &self.queries,
             beginning_of_pass_write_index: Some(0),
@@ -47,18 +47,18 @@ impl Timestamps {
     }
 
     /// Makes what the pass wrote readable.
-    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+    pub(crate) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.read_back, 0, SIZE);
     }
 
     /// Where the two resolved ticks can be read.
-    pub(super) fn buffer(&self) -> &wgpu::Buffer {
+    pub(crate) fn buffer(&self) -> &wgpu::Buffer {
         &self.read_back
     }
 
     /// The time between the two ticks in `bytes`, the contents of [`Self::buffer`].
-    pub(super) fn duration(&self, bytes: &[u8]) -> Duration {
+    pub(crate) fn duration(&self, bytes: &[u8]) -> Duration {
         let [begin, end] = [0, 8].map(|at| {
             let mut word = [0; 8];
             word.copy_from_slice(&bytes[at..at + 8]);

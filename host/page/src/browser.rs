@@ -1,0 +1,62 @@
+//! What of the viewer is the browser's.
+
+use crate::archive::pack;
+use js_sys::{Array, Uint8Array};
+use relievo::viewer::platform::Platform;
+use relievo::viewer::probe::Probe;
+use std::cell::RefCell;
+use std::path::Path;
+use std::rc::Rc;
+use wasm_bindgen::{JsCast, JsValue};
+
+/// Files are downloaded.
+pub struct Browser {
+    /// What the viewer has told last, as JSON.
+    pub told: Rc<RefCell<String>>,
+}
+
+impl Platform for Browser {
+    fn save(&mut self, files: &[(String, Vec<u8>)]) -> Result<String, String> {
+        let (name, bytes) = match files {
+            [] => return Err("there is nothing to save".to_string()),
+            [(name, bytes)] => (name.clone(), bytes.clone()),
+            [(first, _), ..] => {
+                let stem = first
+                    .rsplit_once('.')
+                    .map_or(first.as_str(), |(stem, _)| stem);
+                (format!("{stem}.zip"), pack(files)?)
+            }
+        };
+        download(&name, &bytes)
+            .map_err(|error| format!("the browser does not download {name}: {error:?}"))?;
+        Ok(name)
+    }
+
+    fn folder(&self) -> &Path {
+        Path::new("")
+    }
+
+    fn keeps_files(&self) -> bool {
+        true
+    }
+
+    fn tell(&mut self, probe: &Probe) {
+        // A structure of texts and numbers is always valid JSON.
+        *self.told.borrow_mut() = serde_json::to_string(probe).unwrap_or_default();
+    }
+}
+
+/// Gives a file to the browser's downloads.
+fn download(name: &str, bytes: &[u8]) -> Result<(), JsValue> {
+    let parts = Array::of1(&Uint8Array::from(bytes));
+    let blob = web_sys::Blob::new_with_u8_array_sequence(&parts)?;
+    let url = web_sys::Url::create_object_url_with_blob(&blob)?;
+    let document = web_sys::window()
+        .and_then(|window| window.document())
+        .ok_or("there is no page")?;
+    let anchor: web_sys::HtmlAnchorElement = document.create_element("a")?.dyn_into()?;
+    anchor.set_href(&url);
+    anchor.set_download(name);
+    anchor.click();
+    web_sys::Url::revoke_object_url(&url)
+}

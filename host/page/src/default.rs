@@ -1,0 +1,30 @@
+//! The scene that is there at once.
+
+use relievo::scene::{Scene, SceneError};
+use relievo::{Files, Limits};
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+/// Name, and bytes built in.
+const FILES: [(&str, &[u8]); 2] = [
+    (
+        "meshes/torus.obj",
+        include_bytes!("../../../assets/meshes/torus.obj"),
+    ),
+    (
+        "patterns/discs.png",
+        include_bytes!("../../../assets/patterns/discs.png"),
+    ),
+];
+const SCENE: &str = include_str!("../../../assets/scenes/torus.toml");
+
+/// Parses the default scene.
+pub fn scene() -> Result<Scene, SceneError> {
+    let files = FILES.map(|(name, bytes)| (PathBuf::from(name), Arc::from(bytes)));
+    Scene::parse_with(
+        SCENE,
+        Path::new("scenes/torus.toml"),
+        &Limits::default(),
+        Files::memory(files),
+    )
+}

@@ -1,0 +1,55 @@
+//! The whole viewer, where there is WebGPU.
+
+use crate::browser::Browser;
+use crate::default;
+use eframe::WebRunner;
+use relievo::viewer::Viewer;
+use relievo::viewer::web::options;
+use std::cell::RefCell;
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+use web_sys::HtmlCanvasElement;
+use web_time::Instant;
+
+/// The viewer on a canvas.
+#[wasm_bindgen]
+pub struct GpuPage {
+    runner: WebRunner,
+    told: Rc<RefCell<String>>,
+}
+
+#[wasm_bindgen]
+impl GpuPage {
+    /// Nothing is shown yet.
+    #[wasm_bindgen(constructor)]
+    #[expect(clippy::new_without_default, reason = "JavaScript has no defaults")]
+    pub fn new() -> GpuPage {
+        console_error_panic_hook::set_once();
+        GpuPage {
+            runner: WebRunner::new(),
+            told: Rc::default(),
+        }
+    }
+
+    /// Shows the default scene on `canvas`.
+    ///
+    /// # Errors
+    /// What stands against it, as a text.
+    pub async fn start(&self, canvas: HtmlCanvasElement) -> Result<(), JsValue> {
+        let started = Instant::now();
+        let scene = default::scene().map_err(|error| error.to_string())?;
+        let browser = Browser {
+            told: self.told.clone(),
+        };
+        let create: eframe::AppCreator<'static> = Box::new(move |context| {
+            let viewer = Viewer::new(context, scene, Box::new(browser), started)?;
+            Ok(Box::new(viewer))
+        });
+        self.runner.start(canvas, options(), create).await
+    }
+
+    /// What is on the page, as JSON.
+    pub fn probe(&self) -> String {
+        self.told.borrow().clone()
+    }
+}

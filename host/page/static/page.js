@@ -1,0 +1,128 @@
+// Chooses between the viewer on WebGPU and pictures by the CPU in a worker.
+// `window.relievo` is for tests and other programs: probe() tells what is shown.
+
+const notice = document.getElementById("notice");
+const start = performance.now();
+window.relievo = { probe: () => ({ settled: false }), error: null };
+
+function fail(error) {
+  window.relievo.error = String(error);
+  notice.hidden = false;
+  notice.textContent = `Relievo cannot start: ${error}`;
+}
+
+async function hasWebGpu() {
+  if (new URLSearchParams(location.search).has("cpu")) return false;
+  return Boolean(navigator.gpu && (await navigator.gpu.requestAdapter()));
+}
+
+async function withGpu() {
+  const { default: load, GpuPage } = await import("./relievo_page.js");
+  await load();
+  const page = new GpuPage();
+  const canvas = document.getElementById("viewer");
+  canvas.hidden = false;
+  await page.start(canvas);
+  notice.hidden = true;
+  window.relievo.probe = () => {
+    const told = page.probe();
+    return told ? JSON.parse(told) : { settled: false };
+  };
+}
+
+function withCpu() {
+  notice.textContent = "This browser has no WebGPU: pictures are drawn by the CPU, and slowly.";
+  document.getElementById("fallback").hidden = false;
+  const worker = new Worker("worker.js", { type: "module" });
+  const canvas = document.getElementById("picture");
+  const context = canvas.getContext("2d");
+  const state = { settled: false, renderer: "CPU", frames: 0, message: "" };
+  window.relievo.probe = () => state;
+  // One picture at a time: what is asked for meanwhile is gathered.
+  let busy = true;
+  let wanted = [];
+  let moved = 0;
+  const ask = (...orders) => {
+    wanted.push(...orders);
+    moved = performance.now();
+    state.settled = false;
+    send();
+  };
+  const send = (coarse = true) => {
+    if (busy) return;
+    busy = true;
+    const factor = coarse ? 4 : 1;
+    const size = [canvas.width / factor, canvas.height / factor].map(Math.round);
+    worker.postMessage({ orders: wanted, size, coarse });
+    wanted = [];
+  };
+  worker.onerror = (event) => fail(event.message);
+  worker.onmessage = async ({ data }) => {
+    busy = false;
+    if (data.ready) return send();
+    if (data.scene !== undefined) return download("relievo.toml", new Blob([data.scene]));
+    if (data.error) {
+      state.message = data.error;
+      notice.textContent = data.error;
+      return;
+    }
+    const [width, height] = data.size;
+    const picture = await createImageBitmap(new ImageData(data.pixels, width, height));
+    context.drawImage(picture, 0, 0, canvas.width, canvas.height);
+    state.frames += 1;
+    state.first_picture_ms ??= performance.now() - start;
+    if (wanted.length) send();
+    else if (data.coarse) setTimeout(() => wanted.length || send(false), Math.max(0, 150 - (performance.now() - moved)));
+    else state.settled = true;
+  };
+  for (const input of document.querySelectorAll("#controls input[name]")) {
+    input.addEventListener("input", () =>
+      ask({ set: [input.name, input.type === "checkbox" ? Number(input.checked) : Number(input.value)] }));
+  }
+  const adopt = async (file) => ask({ adopt: [file.name, new Uint8Array(await file.arrayBuffer())] });
+  document.getElementById("file").addEventListener("change", (event) => [...event.target.files].forEach(adopt));
+  document.addEventListener("dragover", (event) => event.preventDefault());
+  document.addEventListener("drop", (event) => {
+    event.preventDefault();
+    [...event.dataTransfer.files].forEach(adopt);
+  });
+  canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+  canvas.addEventListener("pointermove", (event) => {
+    if (!event.buttons) return;
+    const [x, y] = [event.movementX, event.movementY].map((pixels) => pixels / canvas.clientHeight);
+    if (event.shiftKey || event.buttons > 1) ask({ turn: [0, 0, -x, y, 1] });
+    else ask({ turn: [-Math.PI * x, Math.PI * y, 0, 0, 1] });
+  });
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    ask({ turn: [0, 0, 0, 0, Math.exp(-event.deltaY * 0.002)] });
+  }, { passive: false });
+  canvas.addEventListener("keydown", (event) => {
+    const turns = {
+      ArrowRight: [0.1, 0, 0, 0, 1], ArrowLeft: [-0.1, 0, 0, 0, 1],
+      ArrowUp: [0, 0.1, 0, 0, 1], ArrowDown: [0, -0.1, 0, 0, 1],
+      "+": [0, 0, 0, 0, 1.1], "-": [0, 0, 0, 0, 1 / 1.1],
+    };
+    if (!turns[event.key]) return;
+    event.preventDefault();
+    ask({ turn: turns[event.key] });
+  });
+  document.getElementById("save-picture").addEventListener("click", () =>
+    canvas.toBlob((blob) => download("relievo.png", blob)));
+  document.getElementById("save-scene").addEventListener("click", () => worker.postMessage({ scene: true }));
+}
+
+function download(name, blob) {
+  const anchor = document.createElement("a");
+  anchor.href = URL.createObjectURL(blob);
+  anchor.download = name;
+  anchor.click();
+  URL.revokeObjectURL(anchor.href);
+}
+
+try {
+  if (await hasWebGpu()) await withGpu();
+  else withCpu();
+} catch (error) {
+  fail(error);
+}

@@ -1,0 +1,21 @@
+// Draws pictures by the CPU, away from the page.
+import load, { CpuPage } from "./relievo_page.js";
+
+await load();
+const page = new CpuPage();
+postMessage({ ready: true });
+
+onmessage = ({ data }) => {
+  if (data.scene) return postMessage({ scene: page.scene() });
+  try {
+    for (const order of data.orders) {
+      if (order.set) page.set(...order.set);
+      if (order.turn) page.turn(...order.turn);
+      if (order.adopt) page.adopt(...order.adopt);
+    }
+    const pixels = new Uint8ClampedArray(page.render(...data.size));
+    postMessage({ pixels, size: data.size, coarse: data.coarse }, [pixels.buffer]);
+  } catch (error) {
+    postMessage({ error: String(error) });
+  }
+};
