@@ -1,0 +1,342 @@
+//! A static server, a headless Chromium on it, and a person's hands.
+
+use headless_chrome::protocol::cdp::Browser::{
+    SetDownloadBehavior, SetDownloadBehaviorBehaviorOption,
+};
+use headless_chrome::protocol::cdp::Input::{
+    DispatchMouseEvent, DispatchMouseEventTypeOption, MouseButton,
+};
+use headless_chrome::protocol::cdp::Page::CaptureScreenshotFormatOption;
+use headless_chrome::{Browser, LaunchOptions, Tab};
+use serde_json::Value;
+use std::ffi::OsStr;
+use std::io::{BufRead, BufReader, Write};
+use std::net::{SocketAddr, TcpListener, TcpStream};
+use std::path::{Path, PathBuf};
+use std::process::Command;
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
+
+/// How long anything may take: software drivers on two cores beside other work.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+/// Builds the page, once; none where its tools are missing and need not be there.
+pub fn built() -> Option<PathBuf> {
+    static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
+    let built = BUILT.get_or_init(|| {
+        let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("page");
+        if chromium().is_none() {
+            return Err("Chromium is not installed".to_string());
+        }
+        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+        let done = Command::new(cargo)
+            .current_dir(relievo_tests::root())
+            .args([
+                "run",
+                "--quiet",
+                "--package",
+                "relievo-page-builder",
+                "--",
+                "-o",
+            ])
+            .arg(&folder)
+            .output()
+            .map_err(|error| error.to_string())?;
+        if !done.status.success() {
+            return Err(String::from_utf8_lossy(&done.stderr).into_owned());
+        }
+        println!("{}", String::from_utf8_lossy(&done.stdout));
+        Ok(folder)
+    });
+    match built {
+        Ok(folder) => Some(folder.clone()),
+        Err(problem) => {
+            assert!(
+                std::env::var_os("RELIEVO_TOOLS").is_none(),
+                "the page was not tested: {problem}"
+            );
+            eprintln!("WITHOUT A BROWSER: the page was not tested: {problem}");
+            None
+        }
+    }
+}
+
+/// Debian's Chromium, or another by that name.
+fn chromium() -> Option<PathBuf> {
+    let folders = std::env::var_os("PATH")?;
+    let mut names = std::env::split_paths(&folders).flat_map(|folder| {
+        ["chromium", "chromium-browser", "google-chrome"].map(|name| folder.join(name))
+    });
+    names.find(|path| path.is_file())
+}
+
+/// Serves the files of a folder until the tests end.
+fn serve(folder: &Path) -> SocketAddr {
+    let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
+    let address = listener.local_addr().unwrap();
+    let folder = folder.to_path_buf();
+    std::thread::spawn(move || {
+        for stream in listener.incoming().flatten() {
+            let folder = folder.clone();
+            std::thread::spawn(move || answer(stream, &folder));
+        }
+    });
+    address
+}
+
+fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
+    let mut lines = BufReader::new(stream.try_clone()?).lines();
+    let request = lines.next().transpose()?.unwrap_or_default();
+    for line in lines {
+        if line?.is_empty() {
+            break;
+        }
+    }
+    let path = request.split(' ').nth(1).unwrap_or("/");
+    let name = match path.split('?').next().unwrap_or("").trim_start_matches('/') {
+        "" => "index.html",
+        name => name,
+    };
+    let kind = match Path::new(name).extension().and_then(OsStr::to_str) {
+        Some("html") => "text/html",
+        Some("js") => "text/javascript",
+        Some("css") => "text/css",
+        Some("wasm") => "application/wasm",
+        _ => "application/octet-stream",
+    };
+    let (status, body) = match std::fs::read(folder.join(name)) {
+        Ok(body) => ("200 OK", body),
+        Err(_) => ("404 Not Found", Vec::new()),
+    };
+    write!(
+        stream,
+        "HTTP/1.1 {status}\r\nContent-Type: {kind}\r\nContent-Length: {}\r\nConnection: close\r\n\r\n",
+        body.len()
+    )?;
+    stream.write_all(&body)
+}
+
+/// The page in a browser of its own.
+pub struct Page {
+    tab: Arc<Tab>,
+    downloads: tempfile::TempDir,
+    has_passed: bool,
+    // Closed last.
+    _browser: Browser,
+}
+
+impl Page {
+    /// Opens the page in `folder`, with this after its address.
+    pub fn open(folder: &Path, query: &str) -> Page {
+        let address = serve(folder);
+        let arguments = [
+            "--enable-unsafe-webgpu",
+            "--use-webgpu-adapter=swiftshader",
+            "--enable-features=Vulkan",
+        ];
+        let options = LaunchOptions::default_builder()
+            .path(chromium())
+            .sandbox(false)
+            .window_size(Some((1000, 700)))
+            .args(arguments.map(OsStr::new).to_vec())
+            .idle_browser_timeout(PATIENCE)
+            .build()
+            .expect("the options are complete");
+        let browser = Browser::new(options).expect("Chromium starts");
+        let tab = browser.new_tab().expect("it has a tab");
+        tab.set_default_timeout(PATIENCE);
+        let downloads = tempfile::tempdir().unwrap();
+        tab.call_method(SetDownloadBehavior {
+            behavior: SetDownloadBehaviorBehaviorOption::Allow,
+            browser_context_id: None,
+            download_path: Some(downloads.path().to_string_lossy().into_owned()),
+            events_enabled: None,
+        })
+        .expect("downloads are allowed");
+        tab.navigate_to(&format!("http://{address}/{query}"))
+            .expect("the page is there");
+        tab.wait_until_navigated().expect("it is loaded");
+        Page {
+            tab,
+            downloads,
+            has_passed: false,
+            _browser: browser,
+        }
+    }
+
+    /// Runs JavaScript, and gives what it ends with.
+    pub fn run(&self, script: &str) -> Value {
+        let done = self.tab.evaluate(script, false).expect("the script runs");
+        done.value.unwrap_or(Value::Null)
+    }
+
+    /// What the page tells.
+    pub fn probe(&self) -> Value {
+        let told = self
+            .run("JSON.stringify({ ...window.relievo?.probe(), error: window.relievo?.error })");
+        let told: Value = serde_json::from_str(told.as_str().unwrap_or("{}")).expect("it is JSON");
+        assert!(told["error"].is_null(), "{told}");
+        told
+    }
+
+    /// Waits until what is told is as expected.
+    pub fn wait(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+        let start = Instant::now();
+        loop {
+            let told = self.probe();
+            if is_so(&told) {
+                return told;
+            }
+            assert!(
+                start.elapsed() < PATIENCE,
+                "waited for {what} in vain: {told}"
+            );
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Waits until the picture shows what the controls say.
+    pub fn settle(&self) -> Value {
+        // What was done a moment ago must have arrived.
+        std::thread::sleep(Duration::from_millis(400));
+        self.wait("the picture", |told| {
+            told["settled"] == true && told["first_picture_ms"].is_number()
+        })
+    }
+
+    fn control(&self, label: &str) -> Value {
+        let told = self.probe();
+        let all = told["controls"].as_array().cloned().unwrap_or_default();
+        let found = all.iter().find(|control| control["label"] == label);
+        found
+            .cloned()
+            .unwrap_or_else(|| panic!("no control {label:?} in {told}"))
+    }
+
+    /// The value of a control.
+    pub fn value(&self, label: &str) -> String {
+        self.control(label)["value"]
+            .as_str()
+            .unwrap_or_default()
+            .to_string()
+    }
+
+    /// The text of an element.
+    pub fn text(&self, id: &str) -> String {
+        let text = self.run(&format!("document.getElementById('{id}').textContent"));
+        text.as_str().unwrap_or_default().to_string()
+    }
+
+    fn at(&self, label: &str, [x, y]: [f64; 2]) -> [f64; 2] {
+        let rectangle = &self.control(label)["rectangle"];
+        [0, 1].map(|axis| rectangle[axis].as_f64().expect("a number") + [x, y][axis])
+    }
+
+    fn mouse(&self, kind: DispatchMouseEventTypeOption, [x, y]: [f64; 2], is_down: bool) {
+        self.tab
+            .call_method(DispatchMouseEvent {
+                Type: kind,
+                x,
+                y,
+                modifiers: None,
+                timestamp: None,
+                button: Some(MouseButton::Left),
+                buttons: Some(is_down.into()),
+                click_count: Some(1),
+                force: None,
+                tangential_pressure: None,
+                tilt_x: None,
+                tilt_y: None,
+                twist: None,
+                delta_x: None,
+                delta_y: None,
+                pointer_Type: None,
+            })
+            .expect("the mouse moves");
+        std::thread::sleep(Duration::from_millis(60));
+    }
+
+    /// Drags from one place in a control to another.
+    pub fn drag(&self, label: &str, from: [f64; 2], to: [f64; 2]) {
+        use DispatchMouseEventTypeOption::{MouseMoved, MousePressed, MouseReleased};
+        let (start, end) = (self.at(label, from), self.at(label, to));
+        self.mouse(MouseMoved, start, false);
+        self.mouse(MousePressed, start, true);
+        for step in 1..=4 {
+            let part = f64::from(step) / 4.0;
+            let place = [0, 1].map(|axis| start[axis] + part * (end[axis] - start[axis]));
+            self.mouse(MouseMoved, place, true);
+        }
+        self.mouse(MouseReleased, end, false);
+    }
+
+    /// Clicks on a control.
+    pub fn click(&self, label: &str) {
+        self.drag(label, [10.0, 10.0], [10.0, 10.0]);
+    }
+
+    /// Drops a file on the page.
+    pub fn drop_file(&self, name: &str, bytes: &[u8]) {
+        let list = bytes
+            .iter()
+            .map(u8::to_string)
+            .collect::<Vec<_>>()
+            .join(",");
+        self.run(&format!(
+            "{{ const transfer = new DataTransfer();
+               transfer.items.add(new File([new Uint8Array([{list}])], '{name}'));
+               const canvas = [...document.querySelectorAll('canvas')].find((each) => each.offsetParent !== null);
+               for (const kind of ['dragover', 'drop'])
+                 canvas.dispatchEvent(new DragEvent(kind, {{ dataTransfer: transfer, bubbles: true, cancelable: true }})); }}"
+        ));
+    }
+
+    /// The bytes of a file that was downloaded, once it is there.
+    pub fn downloaded(&self, name: &str) -> Vec<u8> {
+        let path = self.downloads.path().join(name);
+        let start = Instant::now();
+        while !path.exists() {
+            assert!(
+                start.elapsed() < PATIENCE,
+                "{name} is not downloaded: {}",
+                self.probe()
+            );
+            std::thread::sleep(Duration::from_millis(50));
+        }
+        // It gets its name when it is whole.
+        std::fs::read(path).unwrap()
+    }
+
+    fn screen(&self) -> Vec<u8> {
+        self.tab
+            .capture_screenshot(CaptureScreenshotFormatOption::Png, None, None, true)
+            .expect("a screenshot")
+    }
+
+    /// What is on the page, on the left, where the picture is.
+    pub fn look(&self) -> image::RgbImage {
+        let screen = image::load_from_memory(&self.screen()).unwrap().into_rgb8();
+        image::imageops::crop_imm(&screen, 0, 40, 600, screen.height() - 140).to_image()
+    }
+
+    /// Nothing went wrong: no screenshot is kept.
+    pub fn passed(mut self) {
+        self.has_passed = true;
+    }
+}
+
+impl Drop for Page {
+    fn drop(&mut self) {
+        if !self.has_passed {
+            let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
+            let path = folder.join(format!("page-{}.png", std::process::id()));
+            if let Ok(png) =
+                self.tab
+                    .capture_screenshot(CaptureScreenshotFormatOption::Png, None, None, true)
+                && std::fs::write(&path, png).is_ok()
+            {
+                eprintln!("a screenshot is in {}", path.display());
+            }
+        }
+    }
+}

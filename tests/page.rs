@@ -1,0 +1,145 @@
+//! The page in a headless Chromium: what a person does there, and what comes
+//! out of it.
+
+mod browser;
+
+use browser::{Page, built};
+use std::time::Duration;
+
+/// Without WebGPU, and with it on a software adapter.
+const CPU: &str = "?cpu";
+const GPU: &str = "";
+
+/// A pattern that is no disc: stripes.
+fn stripes() -> Vec<u8> {
+    let pattern =
+        image::GrayImage::from_fn(64, 64, |x, _| image::Luma([if x < 20 { 0 } else { 255 }]));
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    pattern
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .unwrap();
+    bytes.into_inner()
+}
+
+/// Share of the pixels that differ by more than `limit` of 255 in a channel.
+fn difference(a: &image::RgbImage, b: &image::RgbImage, limit: u8) -> f64 {
+    assert_eq!(a.dimensions(), b.dimensions());
+    let differs = |(a, b): &(&image::Rgb<u8>, &image::Rgb<u8>)| {
+        a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > limit)
+    };
+    let pixels = f64::from(a.width() * a.height());
+    a.pixels().zip(b.pixels()).filter(differs).count() as f64 / pixels
+}
+
+/// The scene of the page as the program draws it.
+fn native(scene: &str) -> image::RgbImage {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, output) = (
+        folder.path().join("scene.toml"),
+        folder.path().join("native.png"),
+    );
+    let assets = relievo_tests::asset("");
+    for name in ["meshes", "patterns"] {
+        let into = folder.path().join(name);
+        std::fs::create_dir(&into).unwrap();
+        for file in ["torus.obj", "discs.png"] {
+            let from = assets.join(name).join(file);
+            if from.exists() {
+                std::fs::copy(from, into.join(file)).unwrap();
+            }
+        }
+    }
+    std::fs::write(&file, scene).unwrap();
+    let done = std::process::Command::new(relievo_tests::program())
+        .args(["render", "--backend", "cpu", "-o"])
+        .args([&output, &file])
+        .output()
+        .unwrap();
+    assert!(
+        done.status.success(),
+        "{}",
+        String::from_utf8_lossy(&done.stderr)
+    );
+    image::open(output).unwrap().into_rgb8()
+}
+
+#[test]
+fn gpu_the_viewer_in_a_browser() {
+    let Some(folder) = built() else { return };
+    let mut page = Page::open(&folder, GPU);
+    let first = page.settle();
+    println!(
+        "{}: first picture after {:.0} ms, frame {:.1} ms",
+        first["renderer"], first["first_picture_ms"], first["frame_ms"]
+    );
+    assert!(
+        first["renderer"].as_str().unwrap().contains("portable"),
+        "{first}"
+    );
+    let torus = page.look();
+    page.drag("Bevel b", [5.0, 10.0], [30.0, 10.0]);
+    let beveled = page.settle();
+    assert_ne!(page.value("Bevel b"), "0");
+    assert_ne!(beveled["scene"], first["scene"]);
+    assert!(
+        difference(&torus, &page.look(), 16) > 0.005,
+        "the picture has not changed"
+    );
+
+    // The picture that is downloaded, beside the program's of the same scene.
+    page.click("Save picture (Ctrl P)");
+    let png = page.downloaded("torus-view.png");
+    let saved = image::load_from_memory(&png).unwrap().into_rgb8();
+    assert_eq!(saved.dimensions(), (800, 600));
+    let told = page.probe();
+    let native = native(told["scene"].as_str().unwrap());
+    let share = difference(&saved, &native, 2);
+    println!(
+        "{:.3} % of the pixels differ from the program's by more than 2 of 255",
+        100.0 * share
+    );
+    assert!(share < 0.002, "{share}");
+
+    page.drop_file("stripes.png", &stripes());
+    page.wait("the stripes", |told| {
+        told["scene"].as_str().unwrap().contains("stripes.png")
+    });
+    page.settle();
+    assert!(difference(&torus, &page.look(), 16) > 0.05, "no stripes");
+    page.passed();
+}
+
+#[test]
+fn without_webgpu_a_worker_draws() {
+    let Some(folder) = built() else { return };
+    let mut page = Page::open(&folder, CPU);
+    let first = page.settle();
+    println!(
+        "first picture by the CPU after {:.0} ms",
+        first["first_picture_ms"]
+    );
+    assert!(page.text("notice").contains("no WebGPU"));
+    let torus = page.look();
+    page.run(
+        "const bevel = document.querySelector('[name=bevel]'); bevel.value = 0.15;
+         bevel.dispatchEvent(new Event('input', { bubbles: true }));",
+    );
+    std::thread::sleep(Duration::from_millis(100));
+    page.settle();
+    let beveled = page.look();
+    assert!(difference(&torus, &beveled, 16) > 0.005);
+    page.drop_file("stripes.png", &stripes());
+    std::thread::sleep(Duration::from_millis(300));
+    page.settle();
+    assert!(difference(&beveled, &page.look(), 16) > 0.05, "no stripes");
+    page.run("document.getElementById('save-picture').click()");
+    let png = page.downloaded("relievo.png");
+    assert_eq!(
+        image::load_from_memory(&png)
+            .unwrap()
+            .into_rgb8()
+            .dimensions(),
+        (640, 480)
+    );
+    page.passed();
+}
