@@ -64,7 +64,7 @@ pub enum MeshError {
     },
     /// The file is larger than allowed.
     #[error(
-        "the mesh `{}` is larger than the limit of {limit} bytes, with the files that it names; simplify it or raise the limit (--max-memory)",
+        "the mesh `{}` is a file larger than the limit of {limit} bytes, or takes more with its buffers; simplify it or raise the limit (--max-memory)",
         path.display()
     )]
     TooLarge {
