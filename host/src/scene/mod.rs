@@ -277,7 +277,7 @@ impl Default for Material {
 pub struct SceneObject {
     /// The object's name: as given, or the mesh file's.
     pub name: String,
-    /// The mesh, an OBJ file.
+    /// The mesh, an OBJ or glTF file.
     pub mesh: PathBuf,
     /// The pattern.
     pub shape: Shape,
