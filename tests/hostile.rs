@@ -502,6 +502,49 @@ fn a_scene_reads_no_files_elsewhere_unless_it_may() {
     );
 }
 
+#[test]
+fn the_buffers_of_a_mesh_and_fonts_lie_in_the_folder_as_well() {
+    let desk = desk();
+    fs::create_dir(desk.path("inner")).unwrap();
+    fs::copy(desk.path("pattern.png"), desk.path("inner/pattern.png")).unwrap();
+    fs::copy(desk.path("mesh.obj"), desk.path("inner/mesh.obj")).unwrap();
+    desk.write("secret.bin", [0; 60]);
+    let gltf = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"bufferView":0,"componentType":5126,"type":"VEC3","count":3}],"bufferViews":[{"buffer":0,"byteLength":36}],"buffers":[{"byteLength":36,"uri":"../secret.bin"}]}"#;
+    desk.write("inner/mesh.gltf", gltf);
+    desk.write("inner/scene.toml", object("mesh.gltf", "pattern.png"));
+    desk.fails_strictly(
+        "render inner/scene.toml",
+        "mesh.gltf | secret.bin | outside of | --allow-outside",
+    );
+    // It may be read now, and holds no triangle.
+    desk.fails_strictly("render inner/scene.toml --allow-outside", "mesh.gltf");
+    desk.write(
+        "inner/scene.toml",
+        "[[object]]\nmesh = 'mesh.obj'\nshape = { text = 'A', font = '../secret.bin' }\n",
+    );
+    desk.fails_strictly(
+        "render inner/scene.toml",
+        "line 3 | object 1: shape.font | secret.bin | --allow-outside",
+    );
+    desk.fails_strictly("render inner/scene.toml --allow-outside", "not a font");
+}
+
+#[test]
+fn small_files_do_not_claim_large_meshes_and_patterns() {
+    let desk = desk();
+    let gltf = r#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0]}],"nodes":[{"mesh":0}],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],"accessors":[{"componentType":5126,"type":"VEC3","count":3000000000}],"bufferViews":[],"buffers":[]}"#;
+    desk.write("mesh.gltf", gltf);
+    desk.write("scene.toml", object("mesh.gltf", "pattern.png"));
+    desk.fails_strictly(STRICT, "mesh.gltf | --max-triangles");
+    desk.write(
+        "pattern.svg",
+        "<svg xmlns='http://www.w3.org/2000/svg' width='1e9' height='1e9'/>",
+    );
+    let text = object("mesh.obj", "pattern.svg") + "raster = 32768\n";
+    desk.write("scene.toml", text);
+    desk.fails_strictly(STRICT, "pattern.svg | 32768 × 32768 | --max-pixels");
+}
+
 #[cfg(unix)]
 #[test]
 fn links_lead_nowhere_else() {

@@ -513,6 +513,47 @@ fn a_baked_map_draws_the_same_picture_as_its_pattern() {
 }
 
 #[test]
+fn drawings_and_letters_are_baked() {
+    let desk = Desk::new();
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='20' height='16'><path d='M10 0L20 8 10 16 0 8z'/></svg>";
+    desk.write("drawing.svg", svg);
+    let bake = |arguments: &str| {
+        let command = format!("bake -o map.png {arguments}");
+        let outcome = desk.run(&command).done();
+        (fs::read(desk.path("map.png")).unwrap(), outcome.stdout)
+    };
+    let (default, said) = bake("drawing.svg");
+    assert!(said.contains("512 × 410"), "{said}");
+    let (small, said) = bake("drawing.svg --raster 40");
+    assert!(small != default && said.contains("40 × 32"), "{said}");
+    // The map that a scene makes of it.
+    let keys = "repeat = [12, 5]";
+    let (wanted, aov) = desk.render(&torus_with("map.png", keys));
+    assert!(aov.count(CAP) > 100 && aov.count(FLOOR) > 100);
+    let keys = format!("{keys}\nraster = 40");
+    let (found, _) = desk.render(&torus_with("drawing.svg", &keys));
+    assert!(found.bytes == wanted.bytes);
+
+    let (wide, said) = bake("--text RELIEVO --raster 64");
+    assert!(said.contains("64 × "), "{said}");
+    assert!(bake("--text RELIEVO --raster 64 --margin 1").0 != wide);
+    desk.image("p.png", 8, 8, diamond);
+    for (arguments, code, parts) in [
+        ("--text 字", 1, "字 | built-in font | name a font"),
+        ("--text A --font p.png", 1, "p.png | not a font"),
+        ("--text A --font none.ttf", 1, "none.ttf"),
+        ("p.png --raster 64", 1, "p.png | --raster"),
+        ("p.png --text A", 2, "cannot be used with"),
+        ("p.png --font f.ttf", 2, "--text"),
+        ("--text A --margin 11", 2, "--margin"),
+        ("--text A --raster 7", 2, "--raster"),
+        ("", 2, "--text"),
+    ] {
+        desk.fails(&format!("bake -o other.png {arguments}"), code, parts);
+    }
+}
+
+#[test]
 fn bake_inverts_and_thresholds() {
     let desk = Desk::new();
     desk.image("ramp.png", 16, 4, |x, _| 16 * x as u8);
@@ -953,7 +994,7 @@ fn meshes_that_cannot_be_used() {
     );
     desk.scene_fails(
         object_of("folder", "p.png", ""),
-        "folder | name an OBJ file",
+        "folder | name an OBJ or glTF file",
     );
     let scene = object_of("m.obj", "p.png", "");
     for (statements, parts) in [

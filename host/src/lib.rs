@@ -8,9 +8,9 @@
 //! scene      a TOML file → what is to be drawn, checked
 //! limits     what a scene may take: memory, files
 //! files      where it is read from: the disk, or memory
-//! mesh       OBJ → triangles with tangent frames and curvature
+//! mesh       OBJ or glTF → triangles with tangent frames and curvature
 //! shell      a mesh's curved prisms → plain data for the accurate tier
-//! shape_map  image → signed distance to the pattern
+//! shape_map  image, drawing or text → signed distance to the pattern
 //! prepare    all of these → plain data for a renderer
 //! budget     so many pixels wrong and no more → the cheapest data for a renderer
 //! render     data → words of a picture, on the CPU or on a GPU, by the same code

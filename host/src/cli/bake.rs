@@ -4,8 +4,10 @@ use super::progress::Bar;
 use super::{Arguments, BakeArguments, Format, say};
 use clap::CommandFactory;
 use clap::error::ErrorKind;
-use relievo::Error;
-use relievo::shape_map::{Encoding, Pattern, PatternOptions, ShapeMap, Storage, bake};
+use relievo::shape_map::{
+    DEFAULT_RASTER, Encoding, Lettering, Pattern, PatternOptions, ShapeMap, Storage, bake,
+};
+use relievo::{Error, Files};
 use std::time::Instant;
 
 pub fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
@@ -20,8 +22,29 @@ pub fn run(arguments: &BakeArguments) -> anyhow::Result<()> {
         threshold: arguments.threshold,
         invert: arguments.invert,
         max_pixels: arguments.pixels.max_pixels,
+        raster: arguments.raster.unwrap_or(DEFAULT_RASTER),
     };
-    let pattern = Pattern::load(&arguments.pattern, &options).map_err(Error::from)?;
+    if let (Some(path), Some(_)) = (&arguments.pattern, arguments.raster)
+        && !Pattern::is_drawing(&Files::Disk, path).map_err(Error::from)?
+    {
+        anyhow::bail!(
+            "{} has its own pixels, and --raster is for SVG files and --text; leave it out",
+            path.display()
+        );
+    }
+    let pattern = match (&arguments.pattern, &arguments.text) {
+        (Some(path), _) => Pattern::load(path, &options),
+        (None, text) => {
+            let lettering = Lettering {
+                // One of the two is given.
+                text: text.clone().unwrap_or_default(),
+                font: arguments.font.clone(),
+                margin: arguments.margin,
+            };
+            Pattern::from_text(&lettering, &Files::Disk, &options)
+        }
+    };
+    let pattern = pattern.map_err(Error::from)?;
     let start = Instant::now();
     let map = {
         let bar = Bar::new();

@@ -21,6 +21,7 @@ use anyhow::Context;
 use clap::error::ErrorKind;
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 use limits::{LimitArguments, PixelArguments};
+use relievo::shape_map::{LARGEST_RASTER, Lettering, SMALLEST_RASTER};
 use relievo::tradeoff::Shard;
 use std::fmt;
 use std::io::{self, Write};
@@ -156,8 +157,21 @@ enum Format {
 
 #[derive(Args)]
 struct BakeArguments {
-    /// The pattern: an image, of which the dark pixels are extruded
-    pattern: PathBuf,
+    /// The pattern: an image or an SVG drawing, of which what is dark is extruded
+    #[arg(required_unless_present = "text", conflicts_with = "text")]
+    pattern: Option<PathBuf>,
+    /// The pattern: these letters
+    #[arg(long)]
+    text: Option<String>,
+    /// The font of --text, a .ttf or .otf file [default: one that is built in]
+    #[arg(long, value_name = "FILE", requires = "text")]
+    font: Option<PathBuf>,
+    /// What is left free around --text, in line heights
+    #[arg(long, value_name = "F", requires = "text", default_value_t = Lettering::DEFAULT_MARGIN, value_parser = parse_margin)]
+    margin: f64,
+    /// Pixels of the longer side, for an SVG drawing or --text [default: 512]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(i64::from(SMALLEST_RASTER)..=i64::from(LARGEST_RASTER)))]
+    raster: Option<u32>,
     /// The shape map: a .png file, or .exr for r32f
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
@@ -534,6 +548,14 @@ fn parse_size(text: &str) -> Result<[u32; 2], String> {
     };
     let (width, height) = text.split_once(['x', 'X']).unwrap_or((text, ""));
     Ok([side(width)?, side(height)?])
+}
+
+/// Line heights.
+fn parse_margin(text: &str) -> Result<f64, String> {
+    let margin = text.parse().ok();
+    margin
+        .filter(|margin| (0.0..=10.0).contains(margin))
+        .ok_or_else(|| "a margin is a number of line heights from 0 to 10, such as 0.2".to_string())
 }
 
 /// `0.5px` or `0.5` → 0.5.

@@ -20,14 +20,14 @@ pub enum MeshError {
         source: io::Error,
     },
     /// The path names a directory.
-    #[error("the mesh `{}` is a directory; name an OBJ file in it", path.display())]
+    #[error("the mesh `{}` is a directory; name an OBJ or glTF file in it", path.display())]
     IsDirectory {
         /// The mesh file.
         path: PathBuf,
     },
     /// The file is not text.
     #[error(
-        "the mesh `{}` is not UTF-8 text (line {line}); it must be a Wavefront OBJ file, saved as UTF-8",
+        "the mesh `{}` is not UTF-8 text (line {line}); it must be a Wavefront OBJ file, saved as UTF-8, or glTF 2.0 (.gltf, .glb)",
         path.display()
     )]
     NotUtf8 {
@@ -47,16 +47,24 @@ pub enum MeshError {
         problem: String,
     },
     /// The OBJ reader refused a file in which the checks above found no fault.
-    #[error("cannot parse the mesh `{}`: {source}; export it again as a Wavefront OBJ file", path.display())]
+    #[error("cannot parse the mesh `{}`: {source}; export it again as a Wavefront OBJ or glTF file", path.display())]
     Parse {
         /// The mesh file.
         path: PathBuf,
         /// What the OBJ reader said.
         source: tobj::LoadError,
     },
+    /// A glTF file is damaged, or holds what is not read.
+    #[error("the mesh `{}`: {problem}", path.display())]
+    Gltf {
+        /// The mesh file.
+        path: PathBuf,
+        /// What is wrong with it, and what to do.
+        problem: String,
+    },
     /// The file is larger than allowed.
     #[error(
-        "the mesh `{}` is a file larger than the limit of {limit} bytes; simplify it or raise the limit (--max-memory)",
+        "the mesh `{}` is a file larger than the limit of {limit} bytes, or takes more with its buffers; simplify it or raise the limit (--max-memory)",
         path.display()
     )]
     TooLarge {
@@ -67,7 +75,7 @@ pub enum MeshError {
     },
     /// The file holds no face.
     #[error(
-        "the mesh `{}` has no faces; export it with its polygons (`f` statements), not as points or lines",
+        "the mesh `{}` has no faces; export it with its polygons (`f` statements, or triangles in glTF), not as points or lines",
         path.display()
     )]
     NoFaces {
@@ -100,7 +108,7 @@ pub enum MeshError {
     },
     /// Faces lack texture coordinates and no projection was asked for.
     #[error(
-        "the mesh `{}` has faces without texture coordinates (first at line {line}); add `projection = \"spherical\"` \
+        "the mesh `{}` has faces without texture coordinates (first {place}); add `projection = \"spherical\"` \
          (or {}) to the object in the scene file, or export the mesh with its UVs",
         path.display(),
         other_projections()
@@ -108,8 +116,8 @@ pub enum MeshError {
     MissingTextureCoordinates {
         /// The mesh file.
         path: PathBuf,
-        /// Line of the first face without texture coordinates.
-        line: usize,
+        /// Where the first face without texture coordinates is: "at line 7".
+        place: String,
     },
     /// The scale, rotation or translation cannot be used.
     #[error("the transform of the mesh `{}` is invalid: {problem}", path.display())]

@@ -1,4 +1,4 @@
-//! Meshes: read from OBJ files and prepared for rendering, with a tangent
+//! Meshes: read from OBJ and glTF files and prepared for rendering, with a tangent
 //! frame and a quadric at every corner (algorithm.md, sections 1, 4 and 5).
 //!
 //! Everything is f64 and does not depend on the number of threads. The steps
@@ -8,6 +8,7 @@
 
 mod curvature;
 mod error;
+mod gltf;
 mod gradients;
 mod normals;
 mod obj;
@@ -184,8 +185,9 @@ impl MeshCorner {
 }
 
 impl Mesh {
-    /// Loads the Wavefront OBJ file at `path` and prepares it. Objects and
-    /// groups are merged; materials are ignored and need not exist.
+    /// Loads the Wavefront OBJ or glTF 2.0 file at `path` and prepares it.
+    /// Objects, groups and the nodes of glTF's default scene are merged;
+    /// materials are ignored and need not exist.
     ///
     /// # Errors
     ///
@@ -214,6 +216,23 @@ impl Mesh {
         } else {
             Ok(Err(bounds))
         }
+    }
+
+    /// As [`Mesh::load`], of the bytes of a file; `path` is named in errors, its
+    /// extension counts as there, and other files are read from `files`.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`] but those of reading the file.
+    pub fn from_bytes(
+        files: &Files,
+        bytes: &[u8],
+        path: &Path,
+        options: &MeshOptions,
+    ) -> Result<Self, MeshError> {
+        let source =
+            SourceMesh::from_bytes(files, bytes, path, options.limit(), options.byte_limit)?;
+        prepare::prepare(&source, path, options)
     }
 
     /// Prepares a mesh from the text of an OBJ file; `path` is named in errors

@@ -7,6 +7,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 
 use super::error::MeshError;
+use super::gltf;
 use super::scan::scan;
 use crate::Files;
 
@@ -34,17 +35,20 @@ pub(super) struct SourceMesh {
     /// Triangles; a polygon is a fan around its first corner, so a concave
     /// polygon should be triangulated by the program that exports it.
     pub triangles: Vec<[Corner; 3]>,
-    /// Line of the first face without texture coordinates, if there is one.
-    pub face_without_uvs: Option<usize>,
+    /// Where the first face without texture coordinates is, if there is one:
+    /// "at line 7".
+    pub face_without_uvs: Option<String>,
 }
 
 impl SourceMesh {
-    /// Reads the OBJ file at `path`. Materials are ignored and need not exist.
+    /// Reads the OBJ or glTF file at `path`, which its content or its extension
+    /// tells apart. Materials are ignored and need not exist.
     ///
     /// # Errors
     ///
     /// [`MeshError::Read`], [`MeshError::IsDirectory`], [`MeshError::TooLarge`],
-    /// [`MeshError::NotUtf8`], and those of [`SourceMesh::parse`].
+    /// [`MeshError::NotUtf8`], and those of [`SourceMesh::parse`] and
+    /// [`gltf::parse`].
     pub(super) fn load(
         files: &Files,
         path: &Path,
@@ -67,7 +71,21 @@ impl SourceMesh {
                 MeshError::Read { path, source }
             }
         })?;
-        let text = std::str::from_utf8(&bytes).map_err(|error| {
+        Self::from_bytes(files, &bytes, path, triangle_limit, byte_limit)
+    }
+
+    /// As [`SourceMesh::load`], of the bytes of a file.
+    pub(super) fn from_bytes(
+        files: &Files,
+        bytes: &[u8],
+        path: &Path,
+        triangle_limit: usize,
+        byte_limit: u64,
+    ) -> Result<Self, MeshError> {
+        if is_gltf(bytes, path) {
+            return gltf::parse(files, bytes, path, triangle_limit, byte_limit);
+        }
+        let text = std::str::from_utf8(bytes).map_err(|error| {
             let valid = &bytes[..error.valid_up_to()];
             let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
             MeshError::NotUtf8 {
@@ -146,9 +164,24 @@ impl SourceMesh {
                 Vec::new()
             },
             triangles,
-            face_without_uvs: scan.face_without_uvs,
+            face_without_uvs: scan.face_without_uvs.map(|line| format!("at line {line}")),
         })
     }
+}
+
+/// Whether a file is glTF: by its first bytes, or else its name.
+fn is_gltf(bytes: &[u8], path: &Path) -> bool {
+    let first = bytes
+        .strip_prefix(b"\xef\xbb\xbf")
+        .unwrap_or(bytes)
+        .iter()
+        .find(|byte| !byte.is_ascii_whitespace());
+    // No statement of an OBJ file begins so.
+    bytes.starts_with(gltf::MAGIC)
+        || first == Some(&b'{')
+        || path.extension().is_some_and(|extension| {
+            extension.eq_ignore_ascii_case("gltf") || extension.eq_ignore_ascii_case("glb")
+        })
 }
 
 /// Groups of three numbers as vectors.
@@ -250,7 +283,7 @@ mod tests {
         ))
         .unwrap();
         assert!(mesh.uvs.is_empty() && mesh.normals.is_empty());
-        assert_eq!(mesh.face_without_uvs, Some(8));
+        assert_eq!(mesh.face_without_uvs.as_deref(), Some("at line 8"));
         assert!(
             mesh.triangles
                 .iter()

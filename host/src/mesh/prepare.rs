@@ -30,10 +30,10 @@ pub(super) fn prepare(
             path: path.to_owned(),
         });
     }
-    if let (None, Some(line)) = (options.projection, source.face_without_uvs) {
+    if let (None, Some(place)) = (options.projection, &source.face_without_uvs) {
         return Err(MeshError::MissingTextureCoordinates {
             path: path.to_owned(),
-            line,
+            place: place.clone(),
         });
     }
     let positions: Vec<DVec3> = source

@@ -8,7 +8,7 @@ use super::error::MeshError;
 
 /// Magnitudes above this are taken for a mistake: their squares would leave
 /// the range of the renderers' f32 arithmetic.
-const LARGEST_NUMBER: f64 = 1e12;
+pub(super) const LARGEST_NUMBER: f64 = 1e12;
 
 /// Longest part of a word that a message quotes, in characters.
 const QUOTED_CHARACTERS: usize = 40;

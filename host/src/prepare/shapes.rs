@@ -5,7 +5,9 @@ use super::Step;
 use crate::Error;
 use crate::limits::Account;
 use crate::scene::{MapOptions, Scene, SceneObject, Shape};
-use crate::shape_map::{DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field};
+use crate::shape_map::{
+    DEFAULT_RASTER, DistanceField, Pattern, PatternOptions, ShapeMap, signed_distance_field,
+};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -160,6 +162,17 @@ impl Distances {
     ) -> Result<Distances, Error> {
         let shape = &object.shape;
         progress(Step::ShapeMap(shape.clone(), 0.0));
+        if let (Shape::File(path), Some(_)) = (shape, object.raster)
+            && !Pattern::is_drawing(&scene.files, path)?
+        {
+            return Err(Error::Object {
+                scene: scene.path.clone(),
+                name: object.name.clone(),
+                problem: format!(
+                    "{shape} has its own pixels, and raster is for SVG files and text; leave it out, or use map_reduction"
+                ),
+            });
+        }
         if let Shape::File(path) = shape
             && ShapeMap::is_shape_map_of(&scene.files, path)?
         {
@@ -173,16 +186,11 @@ impl Distances {
             threshold: object.threshold,
             invert: object.invert,
             max_pixels: scene.limits.pixels.min(account.left(PIXEL_READ)),
+            raster: object.raster.unwrap_or(DEFAULT_RASTER),
         };
         let pattern = match shape {
             Shape::File(path) => Pattern::load_from(&scene.files, path, &options)?,
-            Shape::Text(_) => {
-                return Err(Error::Object {
-                    scene: scene.path.clone(),
-                    name: object.name.clone(),
-                    problem: "has text, which cannot be drawn yet".to_string(),
-                });
-            }
+            Shape::Text(lettering) => Pattern::from_text(lettering, &scene.files, &options)?,
         };
         let pixels = u64::from(pattern.width()) * u64::from(pattern.height());
         account.take(shape, pixels, PIXEL)?;

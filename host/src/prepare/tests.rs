@@ -67,3 +67,29 @@ fn a_baked_map_from_memory() {
     );
     assert!(words(in_memory.unwrap()) == words(on_disk));
 }
+
+#[test]
+fn drawings_and_text_are_patterns_and_images_have_no_raster() {
+    let assets = assets();
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 1 1'><circle cx='.5' cy='.5' r='.4'/></svg>";
+    let files = Files::memory([
+        ("a.obj".into(), bytes(assets.join("meshes/plane.obj"))),
+        ("a.png".into(), bytes(assets.join("patterns/discs.png"))),
+        ("a.svg".into(), Arc::from(svg.as_bytes())),
+    ]);
+    let scene = |shape: &str| {
+        let text = format!("[[object]]\nmesh = 'a.obj'\nshape = {shape}\n");
+        Scene::parse_with(&text, Path::new(""), &Limits::default(), files.clone()).unwrap()
+    };
+    for shape in ["'a.svg'\nraster = 64", "{ text = 'AB' }\nraster = 64"] {
+        let words = words(scene(shape));
+        // Caps, and floor between them.
+        assert!(words.iter().any(|word| word[3] == 1) && words.iter().any(|word| word[3] == 4));
+    }
+    let refused = scene("'a.png'\nraster = 64");
+    let error = prepare(&refused, &|_| ()).err().unwrap().to_string();
+    assert!(
+        error.contains("a.png") && error.contains("map_reduction"),
+        "{error}"
+    );
+}

@@ -2,12 +2,12 @@
 
 use super::{
     Camera, Color, DEFAULT_BACKGROUND, DEFAULT_FIELD_OF_VIEW, DEFAULT_SIZE, DEFAULT_THRESHOLD,
-    DEFAULT_TOLERANCE, DEFAULT_UP, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_RASTER,
-    LARGEST_STEPS, LEAST_BUDGET, Lettering, Light, MapOptions, Material, SMALLEST_RASTER, Scene,
-    SceneError, SceneObject, Search, Shape, Tier,
+    DEFAULT_TOLERANCE, DEFAULT_UP, Extrusion, LARGEST_BUDGET, LARGEST_PICTURE_SIDE, LARGEST_STEPS,
+    LEAST_BUDGET, Lettering, Light, MapOptions, Material, Scene, SceneError, SceneObject, Search,
+    Shape, Tier,
 };
 use crate::mesh::Projection;
-use crate::shape_map::Storage;
+use crate::shape_map::{LARGEST_RASTER, SMALLEST_RASTER, Storage};
 use crate::{Files, Limits};
 use serde::Deserialize;
 use std::ops::Range;
@@ -825,6 +825,43 @@ mod tests {
         assert_eq!(with("extension = 0.1").extension, 0.1);
     }
 
+    #[test]
+    fn text_is_a_pattern() {
+        let with = |shape: &str| {
+            parse_scene(&format!(
+                "[[object]]\nmesh = 'a.obj'\nshape = {shape}\nraster = 64\n"
+            ))
+        };
+        let scene = with("{ text = 'A\\nB', font = '../f.ttf', margin = 1 }").unwrap();
+        let lettering = Lettering {
+            text: "A\\nB".to_string(),
+            font: Some("some/../f.ttf".into()),
+            margin: 1.0,
+        };
+        assert_eq!(scene.objects[0].shape, Shape::Text(lettering));
+        assert_eq!(scene.objects[0].raster, Some(64));
+        assert_eq!(scene.objects[0].files().count(), 2);
+        let scene = with("{ text = \"A\\nB\" }").unwrap();
+        let Shape::Text(lettering) = &scene.objects[0].shape else {
+            panic!("a text");
+        };
+        assert_eq!((lettering.text.as_str(), lettering.margin), ("A\nB", 0.2));
+        for (shape, part) in [
+            ("{ text = ' ' }", "has no letters"),
+            ("{ text = 'A', margin = 11 }", "shape.margin is 11"),
+            ("{ text = 'A', font = '' }", "shape.font is empty"),
+            ("{ text = 'A', size = 3 }", "unknown field `size`"),
+            ("{ font = 'A' }", "missing field `text`"),
+            ("7", "a pattern: the path of a file"),
+            ("''", "shape is empty"),
+        ] {
+            let error = with(shape).unwrap_err();
+            assert!(error.contains(part) && error.contains("line 3"), "{error}");
+        }
+        let long = format!("{{ text = '{}' }}", "x".repeat(4097));
+        assert!(with(&long).unwrap_err().contains("4096"));
+    }
+
     /// Every mistake is told with its line, its key and what would be right.
     #[test]
     fn mistakes_name_line_and_key() {
@@ -857,6 +894,7 @@ mod tests {
                 "tolerance",
             ),
             (object("steps = 0"), "line 4", "steps"),
+            (object("raster = 7"), "line 4", "raster"),
             (
                 object("technique = \"relief\"\nslack = 1"),
                 "line 5",

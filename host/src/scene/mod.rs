@@ -9,8 +9,9 @@ mod file;
 mod shape;
 mod write;
 
+pub use crate::shape_map::Lettering;
 pub use color::Color;
-pub use shape::{Lettering, Shape};
+pub use shape::Shape;
 
 use crate::mesh::Projection;
 use crate::shape_map::Storage;
@@ -27,13 +28,6 @@ pub const LARGEST_STEPS: u32 = 65_536;
 pub const LEAST_BUDGET: f64 = 0.01;
 /// Largest error that may be asked for, pixels.
 pub const LARGEST_BUDGET: f64 = 100.0;
-
-/// Pixels of the longer side of a drawing's or text's pattern, at least.
-pub const SMALLEST_RASTER: u32 = 8;
-/// And at most.
-pub const LARGEST_RASTER: u32 = 32_768;
-/// Where a scene says nothing.
-pub const DEFAULT_RASTER: u32 = 512;
 
 const DEFAULT_SIZE: [u32; 2] = [800, 600];
 const DEFAULT_BACKGROUND: Color = Color::from_hex(0xe9edf2);
@@ -283,12 +277,12 @@ impl Default for Material {
 pub struct SceneObject {
     /// The object's name: as given, or the mesh file's.
     pub name: String,
-    /// The mesh, an OBJ file.
+    /// The mesh, an OBJ or glTF file.
     pub mesh: PathBuf,
     /// The pattern.
     pub shape: Shape,
     /// Pixels of the pattern's longer side, for a drawing or text; `None` is
-    /// [`DEFAULT_RASTER`].
+    /// [`DEFAULT_RASTER`](crate::shape_map::DEFAULT_RASTER).
     pub raster: Option<u32>,
     /// How the pattern is stored; the default for a baked shape map, which is
     /// taken as it is.

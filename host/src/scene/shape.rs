@@ -1,5 +1,6 @@
 //! The pattern of an object, as a scene names it.
 
+use crate::shape_map::Lettering;
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{Error, MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
@@ -13,22 +14,6 @@ pub enum Shape {
     File(PathBuf),
     /// Letters.
     Text(Lettering),
-}
-
-/// Letters that are a pattern.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Lettering {
-    /// What is written, in lines.
-    pub text: String,
-    /// The file of the font; `None` is one that is built in.
-    pub font: Option<PathBuf>,
-    /// What is left free on each side, in line heights.
-    pub margin: f64,
-}
-
-impl Lettering {
-    /// The margin where nothing is said.
-    pub const DEFAULT_MARGIN: f64 = 0.2;
 }
 
 impl Shape {

@@ -27,7 +27,7 @@ pub enum ShapeMapError {
 
     /// The file is not an image, damaged, or of a format that is not supported.
     #[error(
-        "cannot decode `{}` as an image: give an undamaged PNG, JPEG, BMP, GIF, TGA, TIFF, WebP, PNM or QOI file",
+        "cannot decode `{}` as an image: give an undamaged PNG, JPEG, BMP, GIF, TGA, TIFF, WebP, PNM, QOI or SVG file",
         path.display()
     )]
     DecodeImage {
@@ -35,6 +35,31 @@ pub enum ShapeMapError {
         path: PathBuf,
         /// The decoder's reason.
         source: Box<image::ImageError>,
+    },
+
+    /// An SVG file cannot be drawn.
+    #[error("cannot draw `{}`: {problem}", path.display())]
+    Drawing {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+
+    /// Text cannot be drawn.
+    #[error("cannot write the text {text:?}: {problem}")]
+    Text {
+        /// The text.
+        text: String,
+        /// What is wrong, and what to do.
+        problem: String,
+    },
+
+    /// A file is not a font, or too large for one.
+    #[error("`{}` is not a font: give a TrueType or OpenType file of at most 64 MiB", path.display())]
+    Font {
+        /// The file.
+        path: PathBuf,
     },
 
     /// The image has more pixels than allowed.

@@ -2,7 +2,7 @@
 //!
 //! | step | module | result |
 //! |---|---|---|
-//! | 1. threshold an image | [`pattern`] | [`Pattern`]: which pixels are extruded |
+//! | 1. threshold an image, a drawing or text | [`pattern`] | [`Pattern`]: which pixels are extruded |
 //! | 2. distance transform | [`distance`] | [`DistanceField`]: exact, toroidal, signed, in texels |
 //! | 3. encode | [`storage`], [`map`] | [`ShapeMap`]: packed texels in one of four forms |
 //! | 4. keep (optional) | [`mod@file`] | a PNG or OpenEXR file that says how to decode it |
@@ -15,17 +15,21 @@
 
 mod coding;
 pub mod distance;
+mod drawing;
 mod error;
 pub mod file;
 mod input;
+mod lettering;
 pub mod map;
 pub mod pattern;
 mod rgba8;
 pub mod storage;
 
 pub use distance::{DistanceField, Progress, signed_distance_field};
+pub use drawing::{DEFAULT_RASTER, LARGEST_RASTER, SMALLEST_RASTER};
 pub use error::ShapeMapError;
 pub use input::{DEFAULT_MAX_PIXELS, MAX_PIXELS};
+pub use lettering::Lettering;
 pub use map::ShapeMap;
 pub use pattern::{Pattern, PatternOptions};
 pub use storage::{Encoding, Storage};

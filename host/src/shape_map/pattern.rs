@@ -3,7 +3,10 @@
 //! Source: algorithm.md, sections 1 and 3.
 
 use super::ShapeMapError;
-use super::input::{DEFAULT_MAX_PIXELS, Input, MAX_PIXELS, check_size, decoded_bytes, open_within};
+use super::drawing::{DEFAULT_RASTER, draw, is_drawing};
+use super::input::{
+    DEFAULT_MAX_PIXELS, Input, MAX_PIXELS, check_size, decoded_bytes, open, open_within,
+};
 use crate::Files;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::io::Cursor;
@@ -20,6 +23,9 @@ pub struct PatternOptions {
     /// Images with more pixels are refused before they are decoded (default
     /// [`DEFAULT_MAX_PIXELS`]; values above [`MAX_PIXELS`] count as that).
     pub max_pixels: u64,
+    /// Pixels of the longer side of what is drawn for it: an SVG file, or text
+    /// (default [`DEFAULT_RASTER`]). Images have their own.
+    pub raster: u32,
 }
 
 impl Default for PatternOptions {
@@ -28,6 +34,7 @@ impl Default for PatternOptions {
             threshold: 128,
             invert: false,
             max_pixels: DEFAULT_MAX_PIXELS,
+            raster: DEFAULT_RASTER,
         }
     }
 }
@@ -47,7 +54,7 @@ impl Pattern {
     ///
     /// The format is guessed from the content; the file's extension counts only
     /// where the content has no signature (TGA). Of an animation the first
-    /// frame is taken.
+    /// frame is taken. An SVG file is drawn on white.
     ///
     /// # Errors
     /// A file that cannot be read, is no image, or has no pixels or too many.
@@ -80,12 +87,29 @@ impl Pattern {
         Self::read(Cursor::new(bytes), path, options)
     }
 
+    /// Whether a file is an SVG drawing, which has no pixels of its own.
+    ///
+    /// # Errors
+    /// A file that cannot be opened or read.
+    pub fn is_drawing(files: &Files, path: &Path) -> Result<bool, ShapeMapError> {
+        is_drawing(&mut open(files, path)?, path)
+    }
+
     fn read(
-        input: impl Input,
+        mut input: impl Input,
         path: &Path,
         options: &PatternOptions,
     ) -> Result<Self, ShapeMapError> {
-        let image = decode_image(input, path, options.max_pixels)?;
+        let image = if is_drawing(&mut input, path)? {
+            draw(input, path, options.raster, options.max_pixels)?.into()
+        } else {
+            decode_image(input, path, options.max_pixels)?
+        };
+        Ok(Self::threshold(image, options))
+    }
+
+    /// The dark pixels of `image`, or the bright ones.
+    pub(super) fn threshold(image: DynamicImage, options: &PatternOptions) -> Self {
         let (width, height) = (image.width(), image.height());
         let solid = image
             .into_luma_alpha8()
@@ -95,11 +119,11 @@ impl Pattern {
                 alpha > 0 && (luma < options.threshold) != options.invert
             })
             .collect();
-        Ok(Self {
+        Self {
             width,
             height,
             solid,
-        })
+        }
     }
 
     /// Makes a pattern of `width` × `height` pixels; `solid(x, y)` says which

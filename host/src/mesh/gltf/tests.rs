@@ -1,0 +1,606 @@
+//! glTF files made here, whole, odd and broken.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+use super::*;
+use crate::mesh::{Mesh, MeshOptions};
+use crate::prepare::tests::words;
+use crate::scene::Scene;
+use crate::{Files, Limits};
+
+const LIMIT: usize = 10_000;
+
+/// A description and its one buffer, which grow together.
+struct Builder {
+    json: Value,
+    bytes: Vec<u8>,
+}
+
+impl Builder {
+    fn new() -> Builder {
+        let json = json!({
+            "asset": {"version": "2.0"},
+            "scene": 0,
+            "scenes": [{"nodes": [0]}],
+            "nodes": [{"mesh": 0}],
+            "meshes": [{"name": "Thing", "primitives": []}],
+            "accessors": [],
+            "bufferViews": [],
+            "buffers": [],
+        });
+        Builder {
+            json,
+            bytes: Vec::new(),
+        }
+    }
+
+    fn push(&mut self, list: &str, value: Value) -> usize {
+        let list = self.json[list].as_array_mut().unwrap();
+        list.push(value);
+        list.len() - 1
+    }
+
+    fn view(&mut self, bytes: &[u8]) -> usize {
+        self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
+        let offset = self.bytes.len();
+        self.bytes.extend_from_slice(bytes);
+        self.push(
+            "bufferViews",
+            json!({"buffer": 0, "byteOffset": offset, "byteLength": bytes.len()}),
+        )
+    }
+
+    fn accessor(&mut self, bytes: &[u8], component: u32, kind: &str, count: usize) -> usize {
+        let view = self.view(bytes);
+        self.push(
+            "accessors",
+            json!({"bufferView": view, "componentType": component, "type": kind, "count": count}),
+        )
+    }
+
+    fn floats<const N: usize>(&mut self, values: &[[f32; N]]) -> usize {
+        let bytes: Vec<u8> = values
+            .iter()
+            .flatten()
+            .flat_map(|x| x.to_le_bytes())
+            .collect();
+        self.accessor(&bytes, 5126, &format!("VEC{N}"), values.len())
+    }
+
+    fn primitive(&mut self, value: Value) {
+        let list = &mut self.json["meshes"][0]["primitives"];
+        list.as_array_mut().unwrap().push(value);
+    }
+
+    fn buffer(&mut self, uri: Option<&str>) {
+        let mut buffer = json!({"byteLength": self.bytes.len()});
+        if let Some(uri) = uri {
+            buffer["uri"] = uri.into();
+        }
+        self.json["buffers"] = json!([buffer]);
+    }
+
+    fn glb(mut self) -> Vec<u8> {
+        self.buffer(None);
+        glb(self.json.to_string().as_bytes(), &self.bytes)
+    }
+
+    fn text(mut self, uri: &str) -> Vec<u8> {
+        self.buffer(Some(uri));
+        self.json.to_string().into_bytes()
+    }
+}
+
+fn glb(json: &[u8], bytes: &[u8]) -> Vec<u8> {
+    let mut json = json.to_vec();
+    json.resize(json.len().next_multiple_of(4), b' ');
+    let mut file = b"glTF\x02\0\0\0".to_vec();
+    file.extend((28 + json.len() as u32 + bytes.len() as u32).to_le_bytes());
+    file.extend((json.len() as u32).to_le_bytes());
+    file.extend(b"JSON");
+    file.extend(json);
+    file.extend((bytes.len() as u32).to_le_bytes());
+    file.extend(b"BIN\0");
+    file.extend(bytes);
+    file
+}
+
+fn base64(bytes: &[u8]) -> String {
+    const DIGITS: &[u8] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+    let mut text = String::new();
+    for three in bytes.chunks(3) {
+        let [a, b, c] = [0, 1, 2].map(|i| u32::from(three.get(i).copied().unwrap_or(0)));
+        let bits = a << 16 | b << 8 | c;
+        for i in 0..=three.len() {
+            text.push(DIGITS[(bits >> (18 - 6 * i) & 63) as usize] as char);
+        }
+    }
+    while !text.len().is_multiple_of(4) {
+        text.push('=');
+    }
+    text
+}
+
+fn read(bytes: &[u8]) -> Result<SourceMesh, MeshError> {
+    parse(
+        &Files::memory([]),
+        bytes,
+        Path::new("a/b.glb"),
+        LIMIT,
+        1 << 20,
+    )
+}
+
+fn message(bytes: &[u8]) -> String {
+    read(bytes).expect_err("the file is wrong").to_string()
+}
+
+/// Positions of the corners of all triangles.
+fn corners(mesh: &SourceMesh) -> Vec<[f64; 3]> {
+    let corners = mesh.triangles.iter().flatten();
+    corners
+        .map(|corner| mesh.positions[corner.position as usize].to_array())
+        .collect()
+}
+
+const SQUARE: [[f32; 3]; 4] = [
+    [0.0, 0.0, 0.0],
+    [1.0, 0.0, 0.0],
+    [0.0, 1.0, 0.0],
+    [1.0, 1.0, 0.0],
+];
+
+/// A square of two triangles, in one primitive of `mode` with these indices.
+fn square(mode: u32, indices: &[u8]) -> Builder {
+    let mut builder = Builder::new();
+    let positions = builder.floats(&SQUARE);
+    let indices = builder.accessor(indices, 5121, "SCALAR", indices.len());
+    builder.primitive(
+        json!({"attributes": {"POSITION": positions}, "indices": indices, "mode": mode}),
+    );
+    builder
+}
+
+fn plain() -> Builder {
+    square(4, &[0, 1, 2, 2, 1, 3])
+}
+
+/// The torus, its vertices in single precision: positions, normals, texture
+/// coordinates with v down, indices.
+type Vertices = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<u32>);
+
+fn torus() -> Vertices {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/meshes/torus.obj");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let mesh = SourceMesh::parse(&text, &path, LIMIT).unwrap();
+    let mut known = HashMap::new();
+    let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
+    let mut indices = Vec::new();
+    for corner in mesh.triangles.iter().flatten() {
+        let key = (corner.position, corner.normal, corner.uv);
+        indices.push(*known.entry(key).or_insert_with(|| {
+            let narrow = |v: DVec3| v.as_vec3().to_array();
+            positions.push(narrow(mesh.positions[corner.position as usize]));
+            normals.push(narrow(mesh.normals[corner.normal.unwrap() as usize]));
+            let uv = mesh.uvs[corner.uv.unwrap() as usize];
+            uvs.push([uv.x as f32, (1.0 - uv.y) as f32]);
+            positions.len() as u32 - 1
+        }));
+    }
+    (positions, normals, uvs, indices)
+}
+
+fn torus_as_obj((positions, normals, uvs, indices): &Vertices) -> String {
+    let mut text = String::new();
+    for [x, y, z] in positions {
+        let [x, y, z] = [x, y, z].map(|&x| f64::from(x));
+        text += &format!("v {x} {y} {z}\n");
+    }
+    for [x, y, z] in normals {
+        let [x, y, z] = [x, y, z].map(|&x| f64::from(x));
+        text += &format!("vn {x} {y} {z}\n");
+    }
+    for &[u, v] in uvs {
+        text += &format!("vt {} {}\n", f64::from(u), 1.0 - f64::from(v));
+    }
+    for three in indices.chunks(3) {
+        let corners = three.iter().map(|i| format!(" {0}/{0}/{0}", i + 1));
+        text += &format!("f{}\n", corners.collect::<String>());
+    }
+    text
+}
+
+fn torus_as_gltf((positions, normals, uvs, indices): &Vertices) -> Builder {
+    let mut builder = Builder::new();
+    let positions = builder.floats(positions);
+    let normals = builder.floats(normals);
+    let uvs = builder.floats(uvs);
+    let bytes: Vec<u8> = indices
+        .iter()
+        .flat_map(|&index| (index as u16).to_le_bytes())
+        .collect();
+    let indices = builder.accessor(&bytes, 5123, "SCALAR", indices.len());
+    builder.primitive(json!({
+        "attributes": {"POSITION": positions, "NORMAL": normals, "TEXCOORD_0": uvs},
+        "indices": indices,
+    }));
+    builder
+}
+
+/// The words of a picture of `mesh` with letters, which have an up and a down.
+fn picture(mesh: &str, more: &[(&str, Vec<u8>)]) -> Vec<[u32; 4]> {
+    let letters = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/patterns/letters.png");
+    let mut files = vec![("letters.png", std::fs::read(letters).unwrap())];
+    files.extend_from_slice(more);
+    let files = files
+        .into_iter()
+        .map(|(name, bytes)| (PathBuf::from(name), Arc::from(bytes)));
+    let text = format!(
+        "[camera]\neye = [0.0, 1.5, 2.5]\nfov = 38.0\n[[object]]\nmesh = {mesh:?}\nshape = 'letters.png'\nrepeat = [12, 6]\ndepth = 0.08\n"
+    );
+    let files = Files::memory(files);
+    let scene = Scene::parse_with(&text, Path::new("x.toml"), &Limits::default(), files);
+    words(scene.unwrap())
+}
+
+#[test]
+fn the_torus_written_both_ways_is_the_same_picture() {
+    let torus = torus();
+    let obj = torus_as_obj(&torus).into_bytes();
+    let wanted = picture("torus.obj", &[("torus.obj", obj)]);
+    assert!(wanted.iter().any(|word| word[3] == 1));
+    let as_gltf = || torus_as_gltf(&torus);
+    let bytes = as_gltf().bytes;
+    let uri = format!("data:application/octet-stream;base64,{}", base64(&bytes));
+    for (name, files) in [
+        ("torus.glb", vec![("torus.glb", as_gltf().glb())]),
+        // Told by its content.
+        ("torus.bin", vec![("torus.bin", as_gltf().glb())]),
+        ("torus.gltf", vec![("torus.gltf", as_gltf().text(&uri))]),
+        (
+            "m/torus.gltf",
+            vec![
+                ("m/torus.gltf", as_gltf().text("a%20b.bin")),
+                ("m/a b.bin", bytes),
+            ],
+        ),
+    ] {
+        assert!(picture(name, &files) == wanted, "{name}");
+    }
+}
+
+#[test]
+fn all_ways_to_make_triangles() {
+    let wanted = corners(&read(&plain().glb()).unwrap());
+    assert_eq!(wanted.len(), 6);
+    // A strip turns every second triangle.
+    let strip = read(&square(5, &[0, 1, 2, 3]).glb()).unwrap();
+    let [a, b, c, d] = SQUARE.map(|corner| corner.map(f64::from));
+    assert_eq!(corners(&strip), [a, b, c, b, d, c]);
+    let fan = read(&square(6, &[0, 1, 3, 2]).glb()).unwrap();
+    assert_eq!(corners(&fan), [a, b, d, a, d, c]);
+    // Points and lines are left out beside triangles.
+    let mut builder = plain();
+    builder.primitive(json!({"attributes": {"POSITION": 0}, "mode": 1}));
+    assert_eq!(corners(&read(&builder.glb()).unwrap()), wanted);
+    // Indices of every width, and none.
+    for (component, width) in [(5121, 1), (5123, 2), (5125, 4)] {
+        let bytes = [0_u32, 1, 2, 2, 1, 3].map(|index| index.to_le_bytes());
+        let bytes: Vec<u8> = bytes
+            .iter()
+            .flat_map(|index| &index[..width])
+            .copied()
+            .collect();
+        let mut builder = Builder::new();
+        let positions = builder.floats(&SQUARE);
+        let indices = builder.accessor(&bytes, component, "SCALAR", 6);
+        builder.primitive(json!({"attributes": {"POSITION": positions}, "indices": indices}));
+        assert_eq!(corners(&read(&builder.glb()).unwrap()), wanted);
+    }
+    let mut builder = Builder::new();
+    let positions = builder.floats(&[0, 1, 2, 2, 1, 3].map(|i: usize| SQUARE[i]));
+    builder.primitive(json!({"attributes": {"POSITION": positions}}));
+    assert_eq!(corners(&read(&builder.glb()).unwrap()), wanted);
+}
+
+#[test]
+fn nodes_place_and_mirror() {
+    let mut builder = plain();
+    let normals = builder.floats(&[[0.0, 0.6, 0.8]; 4]);
+    builder.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = normals.into();
+    builder.json["nodes"] = json!([
+        {"children": [1, 2], "translation": [10.0, 0.0, 0.0], "scale": [2.0, 2.0, 2.0]},
+        {"mesh": 0, "scale": [-1.0, 1.0, 1.0]},
+        // A quarter turn about z.
+        {"mesh": 0, "matrix": [0.0, 1.0, 0.0, 0.0, -1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 5.0, 1.0]},
+        // Not in the scene.
+        {"mesh": 0},
+    ]);
+    let mesh = read(&builder.glb()).unwrap();
+    let corners = corners(&mesh);
+    assert_eq!(corners.len(), 12);
+    // The mirrored triangle is wound as its normal points.
+    let (origin, x, y) = ([10.0, 0.0, 0.0], [8.0, 0.0, 0.0], [10.0, 2.0, 0.0]);
+    assert_eq!(corners[..3], [origin, y, x]);
+    assert_eq!(
+        corners[6..9],
+        [[10.0, 0.0, 10.0], [10.0, 2.0, 10.0], [8.0, 0.0, 10.0]]
+    );
+    let normal =
+        |triangle: usize| mesh.normals[mesh.triangles[triangle][0].normal.unwrap() as usize];
+    assert!(normal(0).distance(DVec3::new(0.0, 0.6, 0.8)) < 1e-7);
+    assert!(normal(2).distance(DVec3::new(-0.6, 0.0, 0.8)) < 1e-7);
+}
+
+#[test]
+fn numbers_of_every_form() {
+    let uvs = [[0.0, 0.0], [1.0, 0.0], [0.0, 0.2], [1.0, 1.0]];
+    for (component, largest, width) in [(5121, 255.0, 1), (5123, 65_535.0, 2)] {
+        let mut builder = plain();
+        let numbers = uvs.iter().flatten();
+        let numbers = numbers.map(|x| ((x * largest) as u32).to_le_bytes());
+        let bytes: Vec<u8> = numbers.flat_map(|x| x[..width].to_vec()).collect();
+        let accessor = builder.accessor(&bytes, component, "VEC2", 4);
+        builder.json["accessors"][accessor]["normalized"] = true.into();
+        builder.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = accessor.into();
+        let mesh = read(&builder.glb()).unwrap();
+        assert_eq!(mesh.face_without_uvs, None);
+        for (corner, [u, v]) in mesh.triangles[0].iter().zip(uvs) {
+            let uv = mesh.uvs[corner.uv.unwrap() as usize];
+            assert_eq!(uv, DVec2::new(u, 1.0 - v));
+        }
+    }
+    // A corner moved by a sparse accessor, with and without what it is moved from.
+    for has_base in [true, false] {
+        let mut builder = plain();
+        let indices = builder.view(&[1, 3]);
+        let values = builder.floats(&[[5.0, 0.0, 0.0], [5.0, 5.0, 0.0]]);
+        let values = builder.json["accessors"][values]["bufferView"].clone();
+        let accessor = &mut builder.json["accessors"][0];
+        accessor["sparse"] = json!({
+            "count": 2,
+            "indices": {"bufferView": indices, "componentType": 5121},
+            "values": {"bufferView": values},
+        });
+        if !has_base {
+            accessor.as_object_mut().unwrap().remove("bufferView");
+        }
+        let corners = corners(&read(&builder.glb()).unwrap());
+        let third = if has_base { [0.0, 1.0, 0.0] } else { [0.0; 3] };
+        assert_eq!(corners[..3], [[0.0; 3], [5.0, 0.0, 0.0], third]);
+        assert_eq!(corners[5], [5.0, 5.0, 0.0]);
+    }
+}
+
+#[test]
+fn texture_coordinates_are_asked_for() {
+    let options = MeshOptions::default();
+    let path = Path::new("square.glb");
+    let load =
+        |options: &MeshOptions| Mesh::from_bytes(&Files::memory([]), &plain().glb(), path, options);
+    let error = load(&options).unwrap_err().to_string();
+    for part in ["square.glb", "mesh 0 \"Thing\", primitive 0", "planar-z"] {
+        assert!(error.contains(part), "{error}");
+    }
+    let options = MeshOptions {
+        projection: Some(crate::mesh::Projection::PlanarZ),
+        ..options
+    };
+    assert_eq!(load(&options).unwrap().triangles.len(), 2);
+}
+
+#[test]
+fn mistakes_are_told() {
+    type Change<'a> = (&'a str, &'a dyn Fn(&mut Builder));
+    let cases: [Change<'_>; 21] = [
+        ("without compression", &|b| {
+            b.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
+        }),
+        ("without compression", &|b| {
+            b.json["extensionsRequired"] = json!(["EXT_meshopt_compression"]);
+        }),
+        ("\"ABC_new\"", &|b| {
+            b.json["extensionsRequired"] = json!(["ABC_new"])
+        }),
+        ("accessor", &|b| b.json["accessors"] = json!([])),
+        ("position 9", &|b| b.bytes[48 + 5] = 9),
+        ("position 0 is [NaN", &|b| {
+            b.bytes[..4].copy_from_slice(&f32::NAN.to_le_bytes())
+        }),
+        ("at most 1e12", &|b| {
+            b.bytes[..4].copy_from_slice(&1e13_f32.to_le_bytes())
+        }),
+        ("buffer view 0", &|b| {
+            b.json["bufferViews"][0]["byteLength"] = 1000.into()
+        }),
+        ("buffer view 0", &|b| {
+            b.json["bufferViews"][0]["byteOffset"] = u64::MAX.into()
+        }),
+        ("12 bytes do not fit", &|b| {
+            b.json["bufferViews"][0]["byteStride"] = 8.into()
+        }),
+        ("do not fit", &|b| {
+            b.json["accessors"][0]["byteOffset"] = 4.into()
+        }),
+        ("do not fit", &|b| {
+            b.json["accessors"][1]["count"] = 3000.into()
+        }),
+        ("more than the limit", &|b| {
+            b.json["accessors"][1]["count"] = 30_003.into()
+        }),
+        ("more than the limit", &|b| {
+            b.json["accessors"][1] =
+                json!({"componentType": 5125, "type": "SCALAR", "count": 3_u64 << 60});
+        }),
+        ("no whole number of triangles", &|b| {
+            b.json["accessors"][1]["count"] = 5.into()
+        }),
+        ("of the type Vec2", &|b| {
+            b.json["accessors"][0]["type"] = "VEC2".into()
+        }),
+        ("no whole numbers", &|b| {
+            b.json["accessors"][1]["componentType"] = 5120.into()
+        }),
+        ("hangs in two places", &|b| {
+            b.json["nodes"][0]["children"] = json!([0])
+        }),
+        ("\"POSITION\"", &|b| {
+            b.json["meshes"][0]["primitives"][0]["attributes"] = json!({});
+        }),
+        ("has no faces", &|b| {
+            b.json["meshes"][0]["primitives"][0]["mode"] = 0.into()
+        }),
+        ("has no faces", &|b| {
+            b.json["scenes"][0]["nodes"] = json!([])
+        }),
+    ];
+    for (index, (part, change)) in cases.iter().enumerate() {
+        let mut builder = plain();
+        change(&mut builder);
+        let message = message(&builder.glb());
+        assert!(message.contains(part), "{index}: {message}");
+        assert!(message.contains("a/b.glb"), "{message}");
+    }
+    // Half of the vertices have normals.
+    let mut builder = plain();
+    let normals = builder.floats(&[[0.0, 0.0, 1.0]; 2]);
+    builder.json["meshes"][0]["primitives"][0]["attributes"]["NORMAL"] = normals.into();
+    assert!(message(&builder.glb()).contains("2 normals for 4 positions"));
+}
+
+#[test]
+fn damaged_files_are_told() {
+    let whole = plain().glb();
+    for length in [4, 11, 12, 19, 30, whole.len() - 1] {
+        let message = message(&whole[..length]);
+        assert!(message.contains("export it again"), "{length}: {message}");
+    }
+    let mut old = whole.clone();
+    old[4] = 1;
+    assert!(message(&old).contains("glTF 1"));
+    for text in ["{", "{}", "[]", "{\"asset\": 7}"] {
+        assert!(message(text.as_bytes()).contains("not a glTF 2.0 file"));
+    }
+    // So many objects take far more memory than text.
+    let mut many = b"{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{}".to_vec();
+    many.extend(b",{}".repeat(100_000));
+    many.extend(b"]}");
+    assert!(message(&many).contains("--max-memory"));
+}
+
+#[test]
+fn buffers_are_files_beside_it() {
+    let bytes = plain().bytes;
+    let read = |uri: &str, limit: u64| {
+        let text = plain().text(uri);
+        let name = |name: &str| (PathBuf::from(name), Arc::from(bytes.as_slice()));
+        let files = Files::memory([name("a/x.bin"), name("y.bin")]);
+        let limit = text.len() as u64 + limit;
+        parse(&files, &text, Path::new("a/b.gltf"), LIMIT, limit).map_err(|error| error.to_string())
+    };
+    let length = bytes.len() as u64;
+    for uri in ["x.bin", "./x.bin", "../y.bin", "%78.bin"] {
+        assert_eq!(read(uri, length).unwrap().triangles.len(), 2, "{uri}");
+    }
+    let data = format!("data:;base64,{}", base64(&bytes));
+    assert!(read(&data, length).is_ok());
+    for (uri, part) in [
+        ("none.bin", "a/none.bin, which is not among"),
+        ("https://example.org/x.bin", "is no file"),
+        ("file:///etc/passwd", "is no file"),
+        ("", "is no file"),
+        ("%ff.bin", "is no file"),
+        ("data:;base64,A", "damaged base64"),
+        ("data:;base64,AAAA", "should have"),
+    ] {
+        let message = read(uri, length).unwrap_err();
+        assert!(
+            message.contains(part) && message.contains("a/b.gltf"),
+            "{message}"
+        );
+    }
+    for uri in ["x.bin", data.as_str()] {
+        assert!(
+            read(uri, length - 1).unwrap_err().contains("--max-memory"),
+            "{uri}"
+        );
+    }
+
+    // On the disk it is the scene's folder that counts.
+    let folder = tempfile::tempdir().unwrap();
+    let scenes = folder.path().join("mine");
+    std::fs::create_dir(&scenes).unwrap();
+    std::fs::write(folder.path().join("out.bin"), &bytes).unwrap();
+    std::fs::write(scenes.join("in.bin"), &bytes).unwrap();
+    let files = Files::of_scene(&scenes).unwrap();
+    let read = |files: &Files, uri: &str| {
+        let path = scenes.join("b.gltf");
+        parse(files, &plain().text(uri), &path, LIMIT, 1 << 20).map_err(|error| error.to_string())
+    };
+    assert!(read(&files, "in.bin").is_ok());
+    assert!(
+        read(&files, "../out.bin")
+            .unwrap_err()
+            .contains("--allow-outside")
+    );
+    assert!(read(&Files::Disk, "../out.bin").is_ok());
+    assert!(read(&files, "gone.bin").unwrap_err().contains(".glb"));
+}
+
+proptest! {
+    #[test]
+    fn no_bytes_panic(changes in prop::collection::vec((any::<usize>(), any::<u8>()), 1..8)) {
+        let mut file = plain().glb();
+        for (place, byte) in changes {
+            let place = place % file.len();
+            file[place] = byte;
+        }
+        let _ = read(&file);
+    }
+
+    /// Numbers in the description that are changed to others.
+    #[test]
+    fn no_number_panics(
+        changes in prop::collection::vec(
+            (any::<usize>(), prop::sample::select(vec!["0", "1", "7", "-1", "0.5", "4294967295", "18446744073709551615", "9007199254740993", "1e300"])),
+            1..4,
+        ),
+    ) {
+        let mut builder = everything();
+        builder.buffer(None);
+        let mut text = builder.json.to_string();
+        for (place, number) in changes {
+            let digits: Vec<usize> = (1..text.len())
+                .filter(|&at| {
+                    text.as_bytes()[at].is_ascii_digit() && b":[,".contains(&text.as_bytes()[at - 1])
+                })
+                .collect();
+            let start = digits[place % digits.len()];
+            let length = text[start..].find(|c: char| !c.is_ascii_digit()).unwrap_or(1);
+            text.replace_range(start..start + length, number);
+        }
+        let _ = read(&glb(text.as_bytes(), &builder.bytes));
+    }
+}
+
+/// A square with everything that is read.
+fn everything() -> Builder {
+    let mut builder = plain();
+    let normals = builder.floats(&[[0.0, 0.0, 1.0]; 4]);
+    let uvs = builder.floats(&[[0.0, 0.0]; 4]);
+    let indices = builder.view(&[1, 3]);
+    let values = builder.view(&[0; 24]);
+    builder.json["accessors"][0]["sparse"] = json!({
+        "count": 2,
+        "indices": {"bufferView": indices, "componentType": 5121, "byteOffset": 0},
+        "values": {"bufferView": values, "byteOffset": 0},
+    });
+    builder.json["meshes"][0]["primitives"][0]["attributes"] =
+        json!({"POSITION": 0, "NORMAL": normals, "TEXCOORD_0": uvs});
+    builder.json["nodes"] = json!([{"mesh": 0, "children": [1]}, {"mesh": 0}]);
+    builder
+}
