@@ -18,13 +18,23 @@ const FILES: [(&str, &[u8]); 2] = [
 ];
 const SCENE: &str = include_str!("../../../assets/scenes/torus.toml");
 
+/// What a page may take: a tab has 4 GiB at most, and often less.
+fn limits() -> Limits {
+    Limits {
+        triangles: 1 << 20,
+        pixels: 1 << 24,
+        memory: 1 << 30,
+        ..Limits::default()
+    }
+}
+
 /// Parses the default scene.
 pub fn scene() -> Result<Scene, SceneError> {
     let files = FILES.map(|(name, bytes)| (PathBuf::from(name), Arc::from(bytes)));
     Scene::parse_with(
         SCENE,
         Path::new("scenes/torus.toml"),
-        &Limits::default(),
+        &limits(),
         Files::memory(files),
     )
 }

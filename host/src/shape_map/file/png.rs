@@ -130,7 +130,7 @@ pub(super) fn is_described(input: impl Input) -> bool {
 
 fn decoder<R: Input>(input: R) -> png::Decoder<R> {
     // The limit is on what the decoder sets aside for chunks and for one row.
-    let bytes = 4 * MAX_PIXELS as usize + (64 << 20);
+    let bytes = usize::try_from(4 * MAX_PIXELS + (64 << 20)).unwrap_or(usize::MAX);
     let mut decoder = png::Decoder::new_with_limits(input, png::Limits { bytes });
     // A profile is compressed, and may inflate to all of that.
     decoder.set_ignore_iccp_chunk(true);
