@@ -26,9 +26,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
 
     // Both renderers give the same words on a device that rounds as IEEE 754 has it.
     let mut renderer: Box<dyn Renderer + '_> = match choose(None) {
-        Ok(adapter) if !on_cpu => {
-            Box::new(GpuRenderer::new(&prepared, &adapter, Choice::Trusted)?)
-        }
+        Ok(adapter) if !on_cpu => Box::new(GpuRenderer::new(&prepared, &adapter, Choice::Trusted)?),
         _ => Box::new(CpuRenderer::new(&prepared)),
     };
     println!("{}", renderer.name());

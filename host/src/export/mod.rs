@@ -6,6 +6,7 @@
 
 mod bindings;
 mod layout;
+mod loops;
 mod mesh;
 mod readme;
 mod shader;

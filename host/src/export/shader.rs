@@ -2,7 +2,7 @@
 //! changed where a language or a user wants it so, checked, and written.
 
 use super::layout::{Binding, Element, Struct};
-use super::{Output, Target};
+use super::{Output, Target, loops};
 use naga::back::{glsl, hlsl, msl, spv, wgsl};
 use naga::compact::{KeepUnused, compact};
 use naga::proc::BoundsCheckPolicies;
@@ -91,6 +91,9 @@ pub(super) fn translate(
         if target == Target::Glsl {
             count_rows_upwards(&mut module).ok_or("its pixel is not read as it was")?;
         }
+    }
+    if matches!(target, Target::Glsl | Target::Hlsl | Target::Msl) {
+        loops::lower(&mut module)?;
     }
     compact(&mut module, KeepUnused::No);
     let info = validate(&module)?;
