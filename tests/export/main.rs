@@ -221,12 +221,7 @@ fn gpu_a_plain_wgpu_program_draws_the_export() {
 
     let desk = Desk::new();
     let program = plain_wgpu();
-    let scenes = [
-        "torus.toml",
-        "torus_planar.toml",
-        "torus_accurate.toml",
-        "lattice.toml",
-    ];
+    let scenes = ["torus.toml", "torus_planar.toml", "torus_accurate.toml"];
     for scene in scenes {
         let text = fs::read_to_string(asset("scenes").join(scene)).unwrap();
         let text = text
