@@ -48,7 +48,7 @@ impl Outcome {
 /// which lie outside of their folders.
 pub fn words(arguments: &str) -> Vec<&str> {
     let loads_scenes = [
-        "render", "info", "explain", "verify", "accuracy", "bench", "tradeoff",
+        "render", "info", "explain", "verify", "accuracy", "bench", "tradeoff", "export",
     ];
     let mut words: Vec<&str> = arguments.split_whitespace().collect();
     if words

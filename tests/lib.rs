@@ -64,6 +64,18 @@ pub fn program() -> &'static Path {
     })
 }
 
+/// The example that uses the library, built likewise.
+pub fn library_example() -> PathBuf {
+    let name = format!("examples/library{}", std::env::consts::EXE_SUFFIX);
+    built(&["--package", "relievo", "--example", "library"], &name)
+}
+
+/// The example that draws an export with wgpu alone, built likewise.
+pub fn plain_wgpu() -> PathBuf {
+    let name = format!("plain-wgpu{}", std::env::consts::EXE_SUFFIX);
+    built(&["--package", "plain-wgpu"], &name)
+}
+
 /// The Vulkan driver of `faulty-driver`, built likewise.
 pub fn faulty_driver() -> &'static Path {
     static DRIVER: OnceLock<PathBuf> = OnceLock::new();

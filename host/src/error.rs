@@ -1,5 +1,6 @@
 //! The library's error: what failed, and whose fault it is.
 
+use crate::export::ExportError;
 use crate::mesh::MeshError;
 use crate::render::RenderError;
 use crate::scene::SceneError;
@@ -48,6 +49,9 @@ pub enum Error {
     /// A renderer.
     #[error(transparent)]
     Render(#[from] RenderError),
+    /// An object could not be exported.
+    #[error(transparent)]
+    Export(#[from] ExportError),
     /// A file could not be written.
     #[error("cannot write {path}: {source}")]
     Write {

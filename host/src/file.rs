@@ -1,4 +1,4 @@
-//! Reading regular files only, and writing files whole or not at all.
+//! Reading regular files only, and writing files and folders whole or not at all.
 
 use crate::Error;
 use crate::files::too_large;
@@ -42,7 +42,7 @@ pub fn read_regular(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The temporary files that are being written.
+/// The temporary files and folders that are being written.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
@@ -50,7 +50,7 @@ fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Stands for a temporary file in [`UNFINISHED`].
+/// Stands for a temporary file or folder in [`UNFINISHED`].
 struct Registered(PathBuf);
 
 impl Drop for Registered {
@@ -59,14 +59,18 @@ impl Drop for Registered {
     }
 }
 
-/// Removes the temporary files of this process and then calls `end`, which ends
+/// Removes the temporary files and folders of this process and then calls `end`, which ends
 /// it: for a program that is told to stop. Files that are complete stay.
 pub fn abandon(end: impl FnOnce()) {
     // Held to the end: nothing is renamed or begun after this.
     let paths = unfinished();
     for path in paths.iter() {
         // There is nobody left to tell.
-        let _ = std::fs::remove_file(path);
+        let _ = if path.is_dir() {
+            std::fs::remove_dir_all(path)
+        } else {
+            std::fs::remove_file(path)
+        };
     }
     end();
 }
@@ -138,6 +142,85 @@ pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
             source,
         })
     })
+}
+
+/// Writes files into `folder`, each with its place there (with `/` between the
+/// parts): into a temporary folder first, which is renamed when it is complete.
+/// Where `folder` is there already, they are moved into it one by one then, in
+/// place of files of the same names, and what else it holds stays.
+///
+/// # Errors
+/// [`Error::Write`].
+pub fn write_folder<'a>(
+    folder: &Path,
+    files: impl Iterator<Item = (&'a str, &'a [u8])> + Clone,
+) -> Result<(), Error> {
+    let failed = |path: &Path| {
+        let path = path.to_path_buf();
+        |source| Error::Write { path, source }
+    };
+    let refuse = |path: &Path, problem: &str| failed(path)(std::io::Error::other(problem));
+    let is_there = folder.exists();
+    if is_there && !folder.is_dir() {
+        return Err(refuse(folder, "it is no folder; choose another name"));
+    }
+    for (name, _) in files.clone() {
+        let path = folder.join(name);
+        if path.exists() && !path.is_file() {
+            return Err(refuse(
+                &path,
+                "it is a folder, a pipe or a device; choose another folder for the output",
+            ));
+        }
+    }
+    let beside = match folder.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    let around = if is_there { folder } else { beside };
+    std::fs::create_dir_all(around).map_err(failed(around))?;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".relievo-").suffix(".part");
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // As an ordinary new folder; the umask is applied to it.
+        builder.permissions(std::fs::Permissions::from_mode(0o777));
+    }
+    // Dropped after the folder, which is removed if it was not renamed.
+    let _registered;
+    let made = {
+        // Not begun while the program ends.
+        let mut paths = unfinished();
+        let made = builder.tempdir_in(around).map_err(failed(folder))?;
+        paths.push(made.path().to_path_buf());
+        _registered = Registered(made.path().to_path_buf());
+        made
+    };
+    let make_parent = |path: &Path| match path.parent() {
+        Some(parent) => std::fs::create_dir_all(parent),
+        None => Ok(()),
+    };
+    for (name, bytes) in files.clone() {
+        let path = made.path().join(name);
+        make_parent(&path)
+            .and_then(|()| std::fs::write(&path, bytes))
+            .map_err(failed(&folder.join(name)))?;
+    }
+    let _paths = unfinished();
+    if !is_there {
+        std::fs::rename(made.path(), folder).map_err(failed(folder))?;
+        // It has another name now, and is not to be removed.
+        let _ = made.keep();
+        return Ok(());
+    }
+    for (name, _) in files {
+        let path = folder.join(name);
+        make_parent(&path)
+            .and_then(|()| std::fs::rename(made.path().join(name), &path))
+            .map_err(failed(&path))?;
+    }
+    Ok(())
 }
 
 #[cfg(test)]

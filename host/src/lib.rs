@@ -15,6 +15,7 @@
 //! budget     so many pixels wrong and no more → the cheapest data for a renderer
 //! render     data → words of a picture, on the CPU or on a GPU, by the same code
 //! picture    words → PNG        aov  words → OpenEXR
+//! export     data → shaders in other languages, and what they read
 //! overlay    the polygon mesh over a picture
 //! oracle     words against what closed forms say
 //! gallery    the paper's figures as one page
@@ -35,6 +36,7 @@ pub mod bounds;
 pub mod budget;
 pub mod error;
 pub mod explain;
+pub mod export;
 pub mod file;
 pub mod files;
 #[cfg(feature = "studies")]

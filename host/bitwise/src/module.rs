@@ -94,6 +94,16 @@ impl Module {
         Some(count)
     }
 
+    /// The SPIR-V with an entry point, if there is one, as the driver or naga gets
+    /// it.
+    pub fn spirv(&self, entry_point: &str) -> Option<Cow<'_, [u32]>> {
+        let words = &self.file(entry_point)?.words;
+        Some(match self.route {
+            Route::Untouched => memory_model::plain(words, HEADER),
+            Route::Portable => Cow::Borrowed(words.as_slice()),
+        })
+    }
+
     fn file(&self, entry_point: &str) -> Option<&File> {
         let has = |file: &&File| file.entry_points.iter().any(|has| has.name == entry_point);
         self.files.iter().find(has)

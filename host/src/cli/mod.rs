@@ -6,6 +6,7 @@ mod bench;
 mod bounds;
 mod budget;
 mod explain;
+mod export;
 mod gallery;
 mod info;
 mod interrupt;
@@ -69,6 +70,8 @@ enum Command {
     Tradeoff(TradeoffArguments),
     /// Draw the paper's figures, with the paper's algorithms beside ours, as a page
     Gallery(GalleryArguments),
+    /// Write an object's shaders in other languages, and what they read, for another program
+    Export(ExportArguments),
 }
 
 /// Which renderer to use.
@@ -441,6 +444,56 @@ struct GalleryArguments {
     assets: Option<PathBuf>,
 }
 
+/// A language for GPUs.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Language {
+    /// Vulkan's
+    Spirv,
+    /// WebGPU's
+    Wgsl,
+    /// OpenGL's, version 4.50
+    Glsl,
+    /// Direct3D's, shader model 5.1
+    Hlsl,
+    /// Metal's, version 2.0
+    Msl,
+}
+
+/// What exported fragment shaders write.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Written {
+    /// Linear RGB and an alpha of 1, as floats
+    Color,
+    /// The bits of linear RGB and the class, as whole numbers; the SPIR-V is our own, untouched
+    Words,
+}
+
+#[derive(Args)]
+#[command(
+    after_help = "One object is written into DIR, several into folders of their own in it, such as DIR/1-torus.\nWhat is bound where stands in README.md there, and for programs in layout.json (docs/export.md)."
+)]
+struct ExportArguments {
+    /// The scene, a TOML file
+    scene: PathBuf,
+    /// Write shaders, buffers, mesh, shape map and their description into this folder
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// The languages of the shaders [default: all]
+    #[arg(long, value_enum, value_name = "LIST", value_delimiter = ',')]
+    target: Vec<Language>,
+    /// The object of this name only
+    #[arg(long, value_name = "NAME")]
+    object: Option<String>,
+    /// What the fragment shaders write
+    #[arg(long = "write", value_enum, value_name = "WHAT", default_value_t = Written::Color)]
+    write: Written,
+    /// Size of the picture, in place of the scene's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    #[command(flatten)]
+    limits: LimitArguments,
+}
+
 /// Runs the command and says what went wrong.
 pub fn run(arguments: Arguments) -> ExitCode {
     let level = match arguments.verbose {
@@ -493,6 +546,7 @@ pub fn run(arguments: Arguments) -> ExitCode {
             tradeoff::run(&arguments)
         }
         Command::Gallery(arguments) => gallery::run(&arguments),
+        Command::Export(arguments) => export::run(&arguments),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

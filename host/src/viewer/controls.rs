@@ -4,8 +4,8 @@ use super::probe::Collector;
 use crate::mesh::Projection;
 use crate::prepare::PreparedScene;
 use crate::scene::{
-    Color, DEFAULT_TOLERANCE, LARGEST_BUDGET, LARGEST_STEPS, LEAST_BUDGET, Scene, SceneObject,
-    Search, Tier,
+    Color, DEFAULT_TOLERANCE, LARGEST_BUDGET, LARGEST_STEPS, LEAST_BUDGET, Lettering, Scene,
+    SceneObject, Search, Shape, Tier,
 };
 use crate::shape_map::Storage;
 use eframe::egui::{self, Response, Ui};
@@ -201,6 +201,7 @@ impl<'a> Controls<'a> {
         });
         self.group("Accuracy", true, |controls| controls.accuracy(object));
         self.group("Pattern and mesh", false, |controls| {
+            controls.letters(&mut object.shape);
             let mut threshold = u32::from(object.threshold);
             if controls.count("Threshold", &mut threshold, 1..=255) {
                 object.threshold = threshold as u8;
@@ -238,6 +239,28 @@ impl<'a> Controls<'a> {
             controls.number("Highlight", "", &mut material.specular, 0.0..=1.0);
             controls.count("Shininess", &mut material.shininess, 1..=127);
         });
+    }
+
+    /// Letters in place of the pattern.
+    fn letters(&mut self, shape: &mut Shape) {
+        let mut text = match shape {
+            Shape::Text(lettering) => lettering.text.clone(),
+            Shape::File(_) => String::new(),
+        };
+        let label = "Letters as pattern";
+        let response = self.ui.horizontal(|ui| {
+            let field = egui::TextEdit::singleline(&mut text).desired_width(120.0);
+            let field = ui.add(field);
+            let name = ui.label(label);
+            field.labelled_by(name.id)
+        });
+        if self.note(label, &response.inner, &text) && !text.trim().is_empty() {
+            let (font, margin) = match shape {
+                Shape::Text(before) => (before.font.clone(), before.margin),
+                Shape::File(_) => (None, Lettering::DEFAULT_MARGIN),
+            };
+            *shape = Shape::Text(Lettering { text, font, margin });
+        }
     }
 
     fn accuracy(&mut self, object: &mut SceneObject) {

@@ -28,6 +28,7 @@ mod wireframe;
 mod workshop;
 
 use crate::Files;
+use crate::export::{Options, export};
 use crate::prepare::{PreparedScene, finer};
 use crate::scene::{Camera, Scene, Shape, Tier};
 use controls::{Controls, tidy};
@@ -391,6 +392,26 @@ impl Viewer {
         }
         match self.platform.save(&files) {
             Ok(place) => self.say(format!("Saved {place}")),
+            Err(problem) => self.complain(problem),
+        }
+    }
+
+    /// Saves the shaders of the scene, and all that they read.
+    fn export(&mut self) {
+        let Some(first) = self.prepared.first() else {
+            return;
+        };
+        let folder = format!("{}-shaders", self.name);
+        let saved = export(first, &Options::default())
+            .map_err(|error| error.to_string())
+            .and_then(|files| {
+                let named = files
+                    .into_iter()
+                    .map(|file| (format!("{folder}/{}", file.name), file.bytes));
+                self.platform.save(&named.collect::<Vec<_>>())
+            });
+        match saved {
+            Ok(_) => self.say(format!("Saved {folder}")),
             Err(problem) => self.complain(problem),
         }
     }
@@ -775,6 +796,10 @@ impl Viewer {
         }
         if controls.button("Save scene (Ctrl S)") {
             self.save_scene();
+        }
+        let mut controls = Controls::new(ui, collector);
+        if controls.button("Export shaders") {
+            self.export();
         }
         ui.separator();
         ui.small("Drop a mesh or a pattern on the window. Drag turns, shift or the right button moves, the wheel zooms, a double click resets.");

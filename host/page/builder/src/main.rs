@@ -51,6 +51,8 @@ fn main() -> anyhow::Result<()> {
         .input_path(&module)
         .web(true)?
         .typescript(false)
+        .remove_name_section(true)
+        .remove_producers_section(true)
         .generate(&arguments.output)
         .with_context(|| module.display().to_string())?;
     for (name, text) in STATIC {

@@ -14,6 +14,7 @@ pub use memory::{Memory, Pictures};
 pub use pipelines::{Content, Pipelines};
 pub use relievo_bitwise::{Adapter, Device, Module, Signature, TIME_LIMIT, adapters, choose};
 pub use scene::GpuScene;
+pub(crate) use scene::facet_bytes;
 pub use shaders::{Choice, EntryPoints, Extent, Facets, Shaders, canaries, signature};
 pub use targets::Targets;
 

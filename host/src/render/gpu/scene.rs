@@ -190,7 +190,7 @@ impl GpuScene {
 }
 
 /// The surface of `object` as shaders read it.
-fn facet_bytes(object: &PreparedObject, facets: Facets) -> Cow<'_, [u8]> {
+pub(crate) fn facet_bytes(object: &PreparedObject, facets: Facets) -> Cow<'_, [u8]> {
     match facets {
         Facets::Triangles => bytemuck::cast_slice(&object.triangles).into(),
         Facets::PlanarTriangles => {

@@ -70,10 +70,21 @@ macro_rules! kernel_files {
 }
 
 type Files = &'static [&'static [u8]];
+#[cfg(not(target_arch = "wasm32"))]
 static EXACT: Files = for_each_special!(renderer "relievo_exact":);
 static FAST: Files = for_each_special!(renderer "relievo_fast":);
+#[cfg(not(target_arch = "wasm32"))]
 static KERNELS: (Files, Files) = for_each_kernel!(kernel_files);
+#[cfg(not(target_arch = "wasm32"))]
 static CANARY_KERNELS: (Files, Files) = for_each_canary!(kernel_files);
+
+// No browser takes SPIR-V untouched: what is for that alone is not sent to one.
+#[cfg(target_arch = "wasm32")]
+static EXACT: Files = &[];
+#[cfg(target_arch = "wasm32")]
+static KERNELS: (Files, Files) = (&[], &[]);
+#[cfg(target_arch = "wasm32")]
+static CANARY_KERNELS: (Files, Files) = (&[], &[]);
 
 /// Every canary, with its meaning.
 static CANARIES: LazyLock<Vec<Canary>> = LazyLock::new(|| {

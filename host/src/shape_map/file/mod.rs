@@ -75,6 +75,21 @@ impl ShapeMap {
         })
     }
 
+    /// The bytes of the file that [`ShapeMap::save`] writes.
+    ///
+    /// # Errors
+    /// [`Error::Encode`].
+    pub fn to_bytes(&self) -> Result<Vec<u8>, Error> {
+        let mut bytes = Cursor::new(Vec::new());
+        // Named in errors only.
+        let path = Path::new("the shape map");
+        match self.storage() {
+            Storage::R8 | Storage::R16 | Storage::Rgba8 => png::write(self, path, &mut bytes)?,
+            Storage::R32F => exr::write(self, path, &mut bytes)?,
+        }
+        Ok(bytes.into_inner())
+    }
+
     /// Loads a baked map of at most [`DEFAULT_MAX_PIXELS`] texels.
     ///
     /// # Errors

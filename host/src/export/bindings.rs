@@ -1,0 +1,333 @@
+//! What is bound where, as JSON and as Rust.
+
+use super::layout::{Binding, Element, Struct, bindings, structs};
+use super::shader::METAL_SIZES;
+use super::{Output, ShaderFile};
+use crate::prepare::{PreparedObject, PreparedScene};
+use crate::render::gpu::EntryPoints;
+use serde::Serialize;
+
+/// Version of `layout.json`.
+const FORMAT: u32 = 1;
+
+/// `layout.json`.
+#[derive(Serialize)]
+struct Layout<'a> {
+    format: u32,
+    generator: &'static str,
+    object: &'a str,
+    /// The shaders of ours that these are made of.
+    vertex_shader: &'a str,
+    fragment_shader: &'a str,
+    output: &'static str,
+    shaders: Vec<Shader<'a>>,
+    bind_groups: [Group; 1],
+    structs: Vec<StructJson>,
+    draw: Draw,
+    pipeline: Pipeline,
+    picture: Picture,
+    metal: Metal,
+}
+
+#[derive(Serialize)]
+struct Shader<'a> {
+    file: &'a str,
+    language: &'a str,
+    stage: &'a str,
+    entry_point: &'a str,
+}
+
+#[derive(Serialize)]
+struct Group {
+    group: u32,
+    entries: Vec<Entry>,
+}
+
+#[derive(Serialize)]
+struct Entry {
+    binding: u32,
+    name: &'static str,
+    visibility: Vec<&'static str>,
+    #[serde(rename = "type")]
+    kind: &'static str,
+    /// What the buffer holds: one of these, or as many as there are.
+    element: &'static str,
+    is_array: bool,
+    element_bytes: usize,
+    file: &'static str,
+    about: &'static str,
+}
+
+#[derive(Serialize)]
+struct StructJson {
+    name: &'static str,
+    about: &'static str,
+    bytes: usize,
+    fields: Vec<FieldJson>,
+}
+
+#[derive(Serialize)]
+struct FieldJson {
+    name: &'static str,
+    offset: usize,
+    #[serde(rename = "type")]
+    kind: &'static str,
+    /// Sides of the array, the outermost first; empty for one of the type.
+    shape: Vec<usize>,
+    unit: &'static str,
+    about: &'static str,
+}
+
+#[derive(Serialize)]
+struct Draw {
+    topology: &'static str,
+    vertex_buffers: [(); 0],
+    indexed: bool,
+    vertices: u32,
+    instances: u32,
+    vertices_per_facet: u32,
+    indirect: &'static str,
+}
+
+#[derive(Serialize)]
+struct Pipeline {
+    targets: [TargetJson; 1],
+    depth: Depth,
+    cull: &'static str,
+    samples: u32,
+}
+
+#[derive(Serialize)]
+struct TargetJson {
+    location: u32,
+    formats: Vec<&'static str>,
+    blend: &'static str,
+    about: &'static str,
+    clear: [f32; 4],
+}
+
+#[derive(Serialize)]
+struct Depth {
+    format: &'static str,
+    compare: &'static str,
+    write: bool,
+    clear: f32,
+    written_by: &'static str,
+    about: &'static str,
+}
+
+#[derive(Serialize)]
+struct Picture {
+    width: u32,
+    height: u32,
+    /// The middle of all objects, world units: positions are relative to it.
+    origin: [f64; 3],
+}
+
+#[derive(Serialize)]
+struct Metal {
+    /// Slot of binding 0; the others follow.
+    first_buffer: u32,
+    /// Slot of the buffer sizes, which are declared and not read.
+    sizes_buffer: u8,
+}
+
+/// Bytes of an element of a buffer.
+fn element_bytes(element: Element, structs: &[Struct]) -> usize {
+    match element {
+        Element::F32 | Element::U32 => 4,
+        Element::Struct(name) => structs
+            .iter()
+            .find(|described| described.name == name)
+            .map_or(0, |described| described.size),
+    }
+}
+
+/// `layout.json` of an object of `scene`.
+pub(super) fn json(
+    scene: &PreparedScene,
+    object: &PreparedObject,
+    entry_points: EntryPoints,
+    output: Output,
+    shaders: &[ShaderFile],
+) -> String {
+    let facets = entry_points.facets;
+    let structs = structs(facets);
+    let entry = |binding: Binding| Entry {
+        binding: binding.number,
+        name: binding.name,
+        visibility: if binding.in_vertex {
+            vec!["vertex", "fragment"]
+        } else {
+            vec!["fragment"]
+        },
+        kind: "read-only-storage",
+        element: binding.element.name(),
+        is_array: binding.is_array,
+        element_bytes: element_bytes(binding.element, &structs),
+        file: binding.file,
+        about: binding.about,
+    };
+    let [red, green, blue] = scene.background;
+    let layout = Layout {
+        format: FORMAT,
+        generator: concat!("relievo ", env!("CARGO_PKG_VERSION")),
+        object: &object.name,
+        vertex_shader: entry_points.vertex,
+        fragment_shader: entry_points.color,
+        output: output.name(),
+        shaders: shaders
+            .iter()
+            .map(|shader| Shader {
+                file: &shader.file,
+                language: shader.target.name(),
+                stage: shader.stage.name(),
+                entry_point: &shader.entry_point,
+            })
+            .collect(),
+        bind_groups: [Group {
+            group: 0,
+            entries: bindings(facets).map(entry).into(),
+        }],
+        draw: Draw {
+            topology: "triangle-list",
+            vertex_buffers: [],
+            indexed: false,
+            vertices: 6 * object.triangles.len() as u32,
+            instances: 1,
+            vertices_per_facet: 6,
+            indirect: super::DRAW_FILE,
+        },
+        pipeline: Pipeline {
+            targets: [TargetJson {
+                location: 0,
+                formats: output.formats().into(),
+                blend: "none",
+                about: output.about(),
+                clear: match output {
+                    Output::Color => [red, green, blue, 1.0],
+                    Output::Words => [0.0; 4],
+                },
+            }],
+            depth: Depth {
+                format: "depth32float",
+                compare: "greater",
+                write: true,
+                clear: 0.0,
+                written_by: "the fragment shader",
+                about: "frame.near / distance along frame.forward: 1 at the near plane, 0 at infinity",
+            },
+            cull: "none",
+            samples: 1,
+        },
+        picture: Picture {
+            width: scene.size[0],
+            height: scene.size[1],
+            origin: scene.origin.to_array(),
+        },
+        metal: Metal {
+            first_buffer: 0,
+            sizes_buffer: METAL_SIZES,
+        },
+        structs: structs.iter().map(describe).collect(),
+    };
+    let mut text = serde_json::to_string_pretty(&layout)
+        .expect("texts, finite numbers and nothing else become JSON");
+    text.push('\n');
+    text
+}
+
+fn describe(described: &Struct) -> StructJson {
+    StructJson {
+        name: described.name,
+        about: described.about,
+        bytes: described.size,
+        fields: described
+            .fields
+            .iter()
+            .map(|field| FieldJson {
+                name: field.name,
+                offset: field.offset,
+                kind: field.kind.element.name(),
+                shape: field.kind.shape.clone(),
+                unit: field.unit,
+                about: field.meaning,
+            })
+            .collect(),
+    }
+}
+
+/// `bindings.rs`: the structs, and what wgpu wants to know. It names nothing of
+/// one object but the kind of its surface, so that one build draws all exports
+/// of that kind.
+pub(super) fn rust(entry_points: EntryPoints, output: Output) -> String {
+    let facets = entry_points.facets;
+    let mut text = String::from(
+        "//! What the exported shaders read, and what a pipeline for them is made of.\n\
+         //! Made by `relievo export`; needs the crates `bytemuck` (with `derive`) and `wgpu`.\n\
+         #![allow(dead_code)]\n\n",
+    );
+    let mut put = |line: &str| {
+        text.push_str(line);
+        text.push('\n');
+    };
+    put("/// The vertex shader's entry point (in GLSL: main).");
+    put("pub const VERTEX: &str = \"vs_main\";");
+    put("/// The fragment shader's entry point (in GLSL: main).");
+    put("pub const FRAGMENT: &str = \"fs_main\";");
+    put("/// Vertices that are drawn for each facet, without vertex or index buffers.");
+    put("pub const VERTICES_PER_FACET: u32 = 6;");
+    put("/// The depth: `Greater`, cleared to 0, written by the fragment shader.");
+    put("pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;");
+    put("/// A target that holds all that the fragment shader writes.");
+    let format = match output {
+        Output::Color => "Rgba32Float",
+        Output::Words => "Rgba32Uint",
+    };
+    put(&format!(
+        "pub const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::{format};"
+    ));
+    put("/// Files with the buffers of group 0, in the order of their bindings.");
+    let files = bindings(facets).map(|binding| format!("{:?}", binding.file));
+    put(&format!(
+        "pub const BUFFERS: [&str; 4] = [{}];",
+        files.join(", ")
+    ));
+    for described in structs(facets) {
+        put("");
+        put(&format!("/// {}", described.about));
+        put("#[repr(C)]");
+        put("#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]");
+        put(&format!("pub struct {} {{", described.name));
+        for field in &described.fields {
+            let unit = match field.unit {
+                "" => String::new(),
+                unit => format!(" In {unit}."),
+            };
+            put(&format!("    /// {}{unit}", field.meaning));
+            put(&format!("    pub {}: {},", field.name, field.kind.rust()));
+        }
+        put("}");
+    }
+    put("");
+    put("/// The layout of group 0: four read-only storage buffers.");
+    put("pub fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {");
+    put("    let both = wgpu::ShaderStages::VERTEX_FRAGMENT;");
+    put("    let stages = [both, both, both, wgpu::ShaderStages::FRAGMENT];");
+    put("    let entries = [0, 1, 2, 3].map(|binding| wgpu::BindGroupLayoutEntry {");
+    put("        binding,");
+    put("        visibility: stages[binding as usize],");
+    put("        ty: wgpu::BindingType::Buffer {");
+    put("            ty: wgpu::BufferBindingType::Storage { read_only: true },");
+    put("            has_dynamic_offset: false,");
+    put("            min_binding_size: None,");
+    put("        },");
+    put("        count: None,");
+    put("    });");
+    put("    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {");
+    put("        label: Some(\"relievo\"),");
+    put("        entries: &entries,");
+    put("    })");
+    put("}");
+    text
+}

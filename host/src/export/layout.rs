@@ -1,0 +1,325 @@
+//! The structs that shaders read, as data: one table, from which the JSON, the
+//! Rust and the names in the shaders are made. Offsets are the compiler's.
+
+use crate::render::gpu::Facets;
+use relievo_shared::layout;
+use std::mem::{offset_of, size_of};
+
+/// What an element of a field is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Element {
+    F32,
+    U32,
+    Struct(&'static str),
+}
+
+impl Element {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Element::F32 => "f32",
+            Element::U32 => "u32",
+            Element::Struct(name) => name,
+        }
+    }
+}
+
+/// The type of a field: an element, or an array (of arrays) of them.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Kind {
+    pub(super) element: Element,
+    /// Sides of the array, the outermost first; empty for one element.
+    pub(super) shape: Vec<usize>,
+}
+
+impl Kind {
+    /// As it is written in Rust.
+    pub(super) fn rust(&self) -> String {
+        let element = self.element.name().to_string();
+        let wrap = |inner, side| format!("[{inner}; {side}]");
+        self.shape.iter().rev().fold(element, wrap)
+    }
+}
+
+/// A field of a [`Struct`].
+#[derive(Clone, Debug)]
+pub(super) struct Field {
+    pub(super) name: &'static str,
+    /// Bytes from the struct's start.
+    pub(super) offset: usize,
+    pub(super) kind: Kind,
+    /// Empty for numbers without one.
+    pub(super) unit: &'static str,
+    pub(super) meaning: &'static str,
+}
+
+/// A struct of `relievo_shared::layout`.
+#[derive(Clone, Debug)]
+pub(super) struct Struct {
+    pub(super) name: &'static str,
+    pub(super) about: &'static str,
+    /// Bytes.
+    pub(super) size: usize,
+    pub(super) fields: Vec<Field>,
+}
+
+/// What a field may be made of.
+trait Plain {
+    fn kind() -> Kind;
+}
+
+impl<T: Plain, const N: usize> Plain for [T; N] {
+    fn kind() -> Kind {
+        let Kind { element, mut shape } = T::kind();
+        shape.insert(0, N);
+        Kind { element, shape }
+    }
+}
+
+macro_rules! plain {
+    ($($type:ty: $element:expr;)*) => {$(
+        impl Plain for $type {
+            fn kind() -> Kind {
+                Kind {
+                    element: $element,
+                    shape: Vec::new(),
+                }
+            }
+        }
+    )*};
+}
+
+plain! {
+    f32: Element::F32;
+    u32: Element::U32;
+    layout::Corner: Element::Struct("Corner");
+    layout::PlanarCorner: Element::Struct("PlanarCorner");
+    layout::Slab: Element::Struct("Slab");
+}
+
+/// A function for each struct. A field of another type does not compile.
+macro_rules! structs {
+    ($($function:ident $name:ident $about:literal {
+        $($field:ident: $type:ty, $unit:literal, $meaning:literal;)*
+    })*) => {$(
+        fn $function() -> Struct {
+            Struct {
+                name: stringify!($name),
+                about: $about,
+                size: size_of::<layout::$name>(),
+                fields: vec![$({
+                    let _: fn(&layout::$name) -> &$type = |all| &all.$field;
+                    Field {
+                        name: stringify!($field),
+                        offset: offset_of!(layout::$name, $field),
+                        kind: <$type>::kind(),
+                        unit: $unit,
+                        meaning: $meaning,
+                    }
+                }),*],
+            }
+        }
+    )*};
+}
+
+structs! {
+    frame Frame "The camera, the picture and the light of one frame." {
+        eye: [f32; 3], "object units", "The eye, relative to the scene's origin.";
+        near: f32, "object units", "Distance of the near plane along `forward`, > 0.";
+        right: [f32; 3], "", "Unit vector to the right of the picture, divided by tan(half the horizontal field of view).";
+        up: [f32; 3], "", "Unit vector to the top of the picture, divided by tan(half the vertical field of view).";
+        forward: [f32; 3], "", "Unit vector from the eye into the picture's centre.";
+        ray_first: [f32; 3], "", "Direction (not normalised) through the centre of pixel (0, 0), the top left one.";
+        ray_right: [f32; 3], "", "Change of that direction from one pixel to the next on its right.";
+        ray_down: [f32; 3], "", "Change of that direction from one pixel to the next below.";
+        light_direction: [f32; 3], "", "Unit vector towards the light.";
+        light_color: [f32; 3], "linear RGB", "The light.";
+        ambient: [f32; 3], "linear RGB", "The ambient light.";
+        size: [f32; 2], "pixels", "Width and height of the picture, whole numbers.";
+    }
+    object Object "Everything about one object that is not its surface or its texels." {
+        map_size: [f32; 2], "texels", "Width and height of the shape map, whole numbers.";
+        map_step: f32, "texels", "Distance of one step of a stored code.";
+        map_quantum: f32, "texels", "The largest amount by which a stored distance may lie under the true one.";
+        map_reach: f32, "texels", "Half the span of the differences that make the map's gradient, > 0.";
+        depth: f32, "object units", "From the surface to the floor, > 0.";
+        extension: f32, "widths", "By how much the pattern grows outward.";
+        bevel: f32, "widths", "Growth of the pattern per unit of depth fraction.";
+        chamfer: f32, "", "Depth fraction at which the growth stops, 0 to 1.";
+        specular: f32, "", "Strength of the specular reflection, 0 to 1.";
+        tolerance: f32, "pixels", "How far beside its place a ray may be searched in the accurate tier.";
+        slack: f32, "texels", "How far before the solid a search may end, at distance 1 from the eye; made for the width of a pixel of the exported picture.";
+        cap_color: [f32; 3], "linear RGB", "The cap (the mesh's surface).";
+        wall_color: [f32; 3], "linear RGB", "The walls.";
+        bevel_color: [f32; 3], "linear RGB", "Bevels and chamfers.";
+        floor_color: [f32; 3], "linear RGB", "The floor.";
+        shininess: u32, "", "Exponent of the specular reflection, 1 to 127.";
+        tier: u32, "", "0 planar, 1 fast, 2 paper, 3 accurate; the shader is made for it.";
+        cut_out: u32, "", "Not 0: there is no floor.";
+        linear_steps: u32, "", "Largest number of steps of the linear search.";
+        binary_steps: u32, "", "Number of bisections after it.";
+        map_bias: u32, "", "The stored code of distance 0.";
+        map_packing: u32, "", "log2 of the texels in one 32-bit word: 0, 1 or 2.";
+        map_format: u32, "", "0 codes of 8 or 16 bits, 1 floats, 2 the paper's RGBA8; the shader is made for it.";
+        search: u32, "", "0 extrusion, 1 relief, 2 paper, 3 prisms; the shader is made for it.";
+        self_shadow: u32, "", "Not 0: columns throw shadows; the shader is made for it.";
+    }
+    corner Corner "One corner of a triangle." {
+        position: [f32; 3], "object units", "Position, relative to the scene's origin.";
+        normal: [f32; 3], "", "Unit normal of the smooth surface, pointing out.";
+        tangent: [f32; 3], "", "Unit tangent, along growing u, orthogonal to the normal.";
+        uv: [f32; 2], "repeats", "Texture coordinates, less a whole number per triangle; v grows downwards.";
+        quadric: [f32; 3], "1 / object units", "Coefficients xx, xy, yy of the surface's bend in the corner's frame, positive where convex.";
+        gradient_u: [f32; 3], "repeats / object unit", "Gradient of u, orthogonal to the normal.";
+        gradient_v: [f32; 3], "repeats / object unit", "Gradient of v, orthogonal to the normal.";
+    }
+    triangle Triangle "One triangle." {
+        corners: [layout::Corner; 3], "", "The corners, counter-clockwise when seen from outside.";
+        handedness: f32, "", "+1 or -1: the bitangent is handedness * cross(normal, tangent).";
+    }
+    planar_corner PlanarCorner "One corner of a triangle of the planar tier." {
+        position: [f32; 3], "object units", "Position, relative to the scene's origin.";
+        normal: [f32; 3], "", "Unit normal of the smooth surface, pointing out.";
+        uv: [f32; 2], "repeats", "Texture coordinates, less a whole number per triangle; v grows downwards.";
+        gradient_u: [f32; 3], "repeats / object unit", "Gradient of u, orthogonal to the normal.";
+        gradient_v: [f32; 3], "repeats / object unit", "Gradient of v, orthogonal to the normal.";
+    }
+    planar_triangle PlanarTriangle "One triangle of the planar tier." {
+        corners: [layout::PlanarCorner; 3], "", "The corners, counter-clockwise when seen from outside.";
+    }
+    slab Slab "A pair of parallel planes." {
+        axis: [f32; 3], "", "Unit vector across it.";
+        low: f32, "object units", "The least dot(p, axis) in it, p relative to the shell's anchor.";
+        high: f32, "object units", "The largest one.";
+    }
+    shell Shell "The curved prism over one triangle: F(w1, w2, d) = S(w) - depth d N(w)." {
+        anchor: [f32; 3], "object units", "The first corner, relative to the scene's origin; what follows is relative to it.";
+        surface: [[f32; 3]; 5], "object units", "S: coefficients of w1, w2, w1 w1, w1 w2, w2 w2.";
+        normal: [[f32; 3]; 6], "", "N: coefficients of 1, w1, w2, w1 w1, w1 w2, w2 w2.";
+        corner_normals: [[f32; 3]; 3], "", "Unit normals of the corners, which light the cap.";
+        uv: [[f32; 2]; 3], "repeats", "Texture coordinates of the first corner, and the changes to the second and the third.";
+        facet: [f32; 3], "", "Unit normal of the facet.";
+        least_determinant: f32, "object units cubed", "F counts as folded where its determinant is less.";
+        spread: f32, "", "Sine of the largest angle of a normal of S with `facet`; 1 where that cannot be said.";
+        slabs: [layout::Slab; 4], "", "What holds everything through which a ray may come in from outside.";
+        centre: [f32; 3], "object units", "Middle of a ball around the prism.";
+        radius: f32, "object units", "The ball's radius.";
+        inverse_altitude: f32, "1 / object units", "1 / the facet's least altitude.";
+        neighbours: [u32; 3], "", "For each corner what lies beyond the opposite side: 4 * neighbour + its corner opposite to that side, or 0xffffffff.";
+    }
+}
+
+/// What a buffer holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Binding {
+    /// Its number in group 0.
+    pub(super) number: u32,
+    /// The variable's name in the shaders.
+    pub(super) name: &'static str,
+    /// The file with its bytes.
+    pub(super) file: &'static str,
+    /// The type of its contents, or of their elements.
+    pub(super) element: Element,
+    /// Whether it holds as many of them as there are.
+    pub(super) is_array: bool,
+    /// Whether the vertex shader reads it; the fragment shader reads all.
+    pub(super) in_vertex: bool,
+    pub(super) about: &'static str,
+}
+
+/// The buffers of an object with these facets.
+pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
+    let (facet, about) = match facets {
+        Facets::Triangles => ("Triangle", "the object's triangles"),
+        Facets::PlanarTriangles => ("PlanarTriangle", "the object's triangles"),
+        Facets::Prisms => ("Shell", "the curved prisms over the object's triangles"),
+    };
+    [
+        Binding {
+            number: 0,
+            name: "frame",
+            file: "frame.bin",
+            element: Element::Struct("Frame"),
+            is_array: false,
+            in_vertex: true,
+            about: "camera, light and picture",
+        },
+        Binding {
+            number: 1,
+            name: "object",
+            file: "object.bin",
+            element: Element::Struct("Object"),
+            is_array: false,
+            in_vertex: true,
+            about: "the object's parameters",
+        },
+        Binding {
+            number: 2,
+            name: "facets",
+            file: "facets.bin",
+            element: Element::Struct(facet),
+            is_array: true,
+            in_vertex: true,
+            about,
+        },
+        Binding {
+            number: 3,
+            name: "map",
+            file: "map.bin",
+            element: Element::U32,
+            is_array: true,
+            in_vertex: false,
+            about: "the shape map, its texels packed into words",
+        },
+    ]
+}
+
+/// The structs in those buffers, each after those that it is made of.
+pub(super) fn structs(facets: Facets) -> Vec<Struct> {
+    let mut all = vec![frame(), object()];
+    match facets {
+        Facets::Triangles => all.extend([corner(), triangle()]),
+        Facets::PlanarTriangles => all.extend([planar_corner(), planar_triangle()]),
+        Facets::Prisms => all.extend([slab(), shell()]),
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const ALL: [Facets; 3] = [Facets::Triangles, Facets::PlanarTriangles, Facets::Prisms];
+
+    /// Types and offsets are the compiler's; this says that no field is left out.
+    #[test]
+    fn fields_fill_their_structs() {
+        for facets in ALL {
+            let all = structs(facets);
+            for described in &all {
+                let mut end = 0;
+                for field in &described.fields {
+                    assert_eq!(field.offset, end, "{}.{}", described.name, field.name);
+                    let element = match field.kind.element {
+                        Element::F32 | Element::U32 => 4,
+                        Element::Struct(name) => {
+                            let inner = all.iter().find(|other| other.name == name);
+                            inner.expect("it comes before").size
+                        }
+                    };
+                    end += element * field.kind.shape.iter().product::<usize>();
+                }
+                assert_eq!(end, described.size, "{}", described.name);
+            }
+            assert_eq!(all.last().unwrap().size, facets.bytes());
+            let facet = bindings(facets)[2].element;
+            assert_eq!(facet, Element::Struct(all.last().unwrap().name));
+        }
+    }
+
+    #[test]
+    fn types_are_written_as_rust_has_them() {
+        assert_eq!(<[[f32; 3]; 5]>::kind().rust(), "[[f32; 3]; 5]");
+        assert_eq!(<[layout::Slab; 4]>::kind().rust(), "[Slab; 4]");
+        assert_eq!(u32::kind().rust(), "u32");
+    }
+}

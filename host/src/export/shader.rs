@@ -1,0 +1,510 @@
+//! An object's shaders in another language, through naga: read, given names,
+//! changed where a language or a user wants it so, checked, and written.
+
+use super::layout::{Binding, Element, Struct};
+use super::{Output, Target, loops};
+use naga::back::{glsl, hlsl, msl, spv, wgsl};
+use naga::compact::{KeepUnused, compact};
+use naga::proc::BoundsCheckPolicies;
+use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use naga::{
+    Arena, ArraySize, BuiltIn, Expression, Function, Handle, Literal, Module, Range,
+    ResourceBinding, Scalar, ScalarKind, ShaderStage, Span, Statement, StructMember, Type,
+    TypeInner, VectorSize,
+};
+
+/// Shader model of the HLSL: what both compilers of it take.
+const SHADER_MODEL: hlsl::ShaderModel = hlsl::ShaderModel::V5_1;
+/// Version of the Metal shading language.
+const METAL: (u8, u8) = (2, 0);
+/// Version of GLSL.
+const GLSL: u16 = 450;
+/// Version of SPIR-V: Vulkan 1.1's.
+const SPIRV: (u8, u8) = (1, 3);
+/// Metal's slot of the buffer sizes, which naga declares and nothing reads.
+pub(super) const METAL_SIZES: u8 = 4;
+
+/// A stage of the pipeline.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Stage {
+    Vertex,
+    Fragment,
+}
+
+impl Stage {
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Stage::Vertex => "vertex",
+            Stage::Fragment => "fragment",
+        }
+    }
+
+    /// What its entry point is called: none of the languages reserves it.
+    pub(super) fn entry_point(self) -> &'static str {
+        match self {
+            Stage::Vertex => "vs_main",
+            Stage::Fragment => "fs_main",
+        }
+    }
+
+    fn naga(self) -> ShaderStage {
+        match self {
+            Stage::Vertex => ShaderStage::Vertex,
+            Stage::Fragment => ShaderStage::Fragment,
+        }
+    }
+}
+
+/// A shader as it is written to a file.
+#[derive(Debug)]
+pub(super) struct Written {
+    pub(super) bytes: Vec<u8>,
+    /// Its entry point's name there.
+    pub(super) entry_point: String,
+}
+
+/// Writes the shader in `words` (SPIR-V, one entry point) for `target`.
+///
+/// # Errors
+/// What stands against it, of a shader that is built in.
+pub(super) fn translate(
+    words: &[u32],
+    stage: Stage,
+    bindings: &[Binding],
+    structs: &[Struct],
+    output: Output,
+    target: Target,
+) -> Result<Written, String> {
+    let mut module = read(words)?;
+    name(&mut module, bindings, structs)?;
+    let [entry_point] = module.entry_points.as_mut_slice() else {
+        return Err("it has not one entry point".to_string());
+    };
+    if entry_point.stage != stage.naga() {
+        return Err(format!("it is no {} shader", stage.name()));
+    }
+    entry_point.name = stage.entry_point().to_string();
+    if stage == Stage::Fragment {
+        if output == Output::Color {
+            write_color(&mut module).ok_or("its colour is not written as it was")?;
+        }
+        if target == Target::Glsl {
+            count_rows_upwards(&mut module).ok_or("its pixel is not read as it was")?;
+        }
+    }
+    if matches!(target, Target::Glsl | Target::Hlsl | Target::Msl) {
+        loops::lower(&mut module)?;
+    }
+    compact(&mut module, KeepUnused::No);
+    let info = validate(&module)?;
+    write(&module, &info, stage, target)
+}
+
+/// Reads SPIR-V. y goes up in the vertices' positions, as our renderer has it:
+/// naga would turn it over, since Vulkan has it otherwise.
+fn read(words: &[u32]) -> Result<Module, String> {
+    let options = naga::front::spv::Options {
+        adjust_coordinate_space: false,
+        ..Default::default()
+    };
+    naga::front::spv::Frontend::new(words.iter().copied(), &options)
+        .parse()
+        .map_err(|error| error.to_string())
+}
+
+/// Checks a module as for WebGPU, with nothing that is optional there.
+fn validate(module: &Module) -> Result<ModuleInfo, String> {
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(module)
+        .map_err(|error| describe(error.as_inner()))
+}
+
+/// An error with its causes.
+fn describe(error: &dyn std::error::Error) -> String {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(error) = cause {
+        text = format!("{text}: {error}");
+        cause = error.source();
+    }
+    text
+}
+
+/// Gives names to the buffers and to what is in them, which SPIR-V has without;
+/// an error where a field is not where the table has it.
+fn name(module: &mut Module, bindings: &[Binding], structs: &[Struct]) -> Result<(), String> {
+    for binding in bindings {
+        let wanted = ResourceBinding {
+            group: 0,
+            binding: binding.number,
+        };
+        let found = module
+            .global_variables
+            .iter_mut()
+            .find(|(_, variable)| variable.binding == Some(wanted));
+        let Some((_, variable)) = found else {
+            // Vertex shaders read no texels.
+            continue;
+        };
+        variable.name = Some(binding.name.to_string());
+        let wrapper = variable.ty;
+        let TypeInner::Struct { members, span } = &module.types[wrapper].inner else {
+            return Err(format!("binding {} is no struct", binding.number));
+        };
+        let ([member], span) = (members.as_slice(), *span) else {
+            return Err(format!("binding {} holds several things", binding.number));
+        };
+        let member = StructMember {
+            name: Some("at".to_string()),
+            ..member.clone()
+        };
+        let contents = match module.types[member.ty].inner {
+            TypeInner::Array {
+                base,
+                size: ArraySize::Dynamic,
+                ..
+            } if binding.is_array => base,
+            _ if binding.is_array => {
+                return Err(format!("binding {} is no array", binding.number));
+            }
+            _ => member.ty,
+        };
+        name_type(module, contents, binding.element, structs)?;
+        let title = match binding.element {
+            Element::Struct(name) => format!("{name}Data"),
+            Element::F32 | Element::U32 => "WordData".to_string(),
+        };
+        let inner = TypeInner::Struct {
+            members: vec![member],
+            span,
+        };
+        rename(module, wrapper, title, inner);
+    }
+    Ok(())
+}
+
+/// Names a type and the types in it.
+fn name_type(
+    module: &mut Module,
+    handle: Handle<Type>,
+    element: Element,
+    structs: &[Struct],
+) -> Result<(), String> {
+    let inner = module.types[handle].inner.clone();
+    let name = match (element, &inner) {
+        (Element::F32, TypeInner::Scalar(Scalar::F32))
+        | (Element::U32, TypeInner::Scalar(Scalar::U32)) => return Ok(()),
+        (Element::Struct(name), _) => name,
+        _ => return Err(format!("a number is no {}", element.name())),
+    };
+    let described = structs.iter().find(|described| described.name == name);
+    let (Some(described), TypeInner::Struct { mut members, span }) = (described, inner) else {
+        return Err(format!("{name} is no struct"));
+    };
+    let offsets = members.iter().map(|member| member.offset as usize);
+    let known = described.fields.iter().map(|field| field.offset);
+    if !offsets.eq(known) || span as usize != described.size {
+        return Err(format!("{name} is laid out in another way"));
+    }
+    for (member, field) in members.iter_mut().zip(&described.fields) {
+        let mut contents = member.ty;
+        for side in &field.kind.shape {
+            match module.types[contents].inner {
+                TypeInner::Array {
+                    base,
+                    size: ArraySize::Constant(size),
+                    ..
+                } if size.get() as usize == *side => contents = base,
+                _ => return Err(format!("{name}.{} is of another type", field.name)),
+            }
+        }
+        name_type(module, contents, field.kind.element, structs)?;
+        member.name = Some(field.name.to_string());
+    }
+    rename(
+        module,
+        handle,
+        name.to_string(),
+        TypeInner::Struct { members, span },
+    );
+    Ok(())
+}
+
+/// Puts a named struct in the place of the one without a name.
+fn rename(module: &mut Module, handle: Handle<Type>, name: String, inner: TypeInner) {
+    let named = Type {
+        name: Some(name),
+        inner,
+    };
+    if module.types.get(&named).is_none() {
+        module.types.replace(handle, named);
+    }
+}
+
+/// Appends expressions; those that must be are emitted as statements.
+struct Appender<'a> {
+    expressions: &'a mut Arena<Expression>,
+    body: Vec<Statement>,
+}
+
+impl Appender<'_> {
+    /// What has its value anywhere: a literal, a variable's place.
+    fn place(&mut self, expression: Expression) -> Handle<Expression> {
+        self.expressions.append(expression, Span::UNDEFINED)
+    }
+
+    /// What is computed here.
+    fn compute(&mut self, expression: Expression) -> Handle<Expression> {
+        let handle = self.place(expression);
+        self.body
+            .push(Statement::Emit(Range::new_from_bounds(handle, handle)));
+        handle
+    }
+
+    /// Component `index` of a vector, or what it points to.
+    fn component(&mut self, base: Handle<Expression>, index: u32) -> Handle<Expression> {
+        self.compute(Expression::AccessIndex { base, index })
+    }
+}
+
+/// `vec4<f32>`.
+fn vec4_f32(module: &mut Module) -> Handle<Type> {
+    let inner = TypeInner::Vector {
+        size: VectorSize::Quad,
+        scalar: Scalar::F32,
+    };
+    let kind = Type { name: None, inner };
+    module.types.insert(kind, Span::UNDEFINED)
+}
+
+/// Makes location 0 linear RGB and an alpha of 1, in place of words: the bits
+/// are those that were in the words.
+fn write_color(module: &mut Module) -> Option<()> {
+    let vec4 = vec4_f32(module);
+    let function = &module.entry_points[0].function;
+    let result = function.result.clone()?;
+    let TypeInner::Struct { mut members, span } = module.types[result.ty].inner.clone() else {
+        return None;
+    };
+    let is_color = |member: &StructMember| {
+        matches!(
+            member.binding,
+            Some(naga::Binding::Location { location: 0, .. })
+        )
+    };
+    let index = members.iter().position(is_color)?;
+    members[index].ty = vec4;
+    let inner = TypeInner::Struct { members, span };
+    let name = Some("FragmentOutput".to_string());
+    let ty = module.types.insert(Type { name, inner }, Span::UNDEFINED);
+
+    let function: &mut Function = &mut module.entry_points[0].function;
+    let last = function.body.len().checked_sub(1)?;
+    let Statement::Return { value: Some(value) } = function.body[last] else {
+        return None;
+    };
+    let Expression::Compose { mut components, .. } = function.expressions[value].clone() else {
+        return None;
+    };
+    let mut appender = Appender {
+        expressions: &mut function.expressions,
+        body: Vec::new(),
+    };
+    let opaque = appender.place(Expression::Literal(Literal::F32(1.0)));
+    let bits = appender.compute(Expression::As {
+        expr: *components.get(index)?,
+        kind: ScalarKind::Float,
+        convert: None,
+    });
+    let rgb = [0, 1, 2].map(|channel| appender.component(bits, channel));
+    components[index] = appender.compute(Expression::Compose {
+        ty: vec4,
+        components: rgb.into_iter().chain([opaque]).collect(),
+    });
+    let value = appender.compute(Expression::Compose { ty, components });
+    let body = appender.body;
+    function.body.cull(last..);
+    for statement in body {
+        function.body.push(statement, Span::UNDEFINED);
+    }
+    function
+        .body
+        .push(Statement::Return { value: Some(value) }, Span::UNDEFINED);
+    function.result.as_mut()?.ty = ty;
+    Some(())
+}
+
+/// Turns the pixel's row over: OpenGL counts rows from the bottom, the shader
+/// from the top.
+fn count_rows_upwards(module: &mut Module) -> Option<()> {
+    let vec4 = vec4_f32(module);
+    let (frame, _) = module.global_variables.iter().find(|(_, variable)| {
+        let binding = variable.binding.as_ref();
+        binding.is_some_and(|binding| (binding.group, binding.binding) == (0, 0))
+    })?;
+    let TypeInner::Struct { members, .. } = &module.types[module.global_variables[frame].ty].inner
+    else {
+        return None;
+    };
+    let TypeInner::Struct { members, .. } = &module.types[members.first()?.ty].inner else {
+        return None;
+    };
+    let size = (0..)
+        .zip(members)
+        .find(|(_, member)| member.name.as_deref() == Some("size"))?
+        .0;
+
+    let function: &mut Function = &mut module.entry_points[0].function;
+    let is_pixel = |argument: &naga::FunctionArgument| {
+        matches!(
+            argument.binding,
+            Some(naga::Binding::BuiltIn(BuiltIn::Position { .. }))
+        )
+    };
+    let argument = function.arguments.iter().position(is_pixel)? as u32;
+    let is_argument = |expression: &Expression| matches!(expression, Expression::FunctionArgument(index) if *index == argument);
+    let (pixel, _) = function
+        .expressions
+        .iter()
+        .find(|(_, expression)| is_argument(expression))?;
+    let mut appender = Appender {
+        expressions: &mut function.expressions,
+        body: Vec::new(),
+    };
+    let frame = appender.place(Expression::GlobalVariable(frame));
+    let frame = appender.component(frame, 0);
+    let size = appender.component(frame, size);
+    let height = appender.component(size, 1);
+    let height = appender.compute(Expression::Load { pointer: height });
+    let [x, y, z, w] = [0, 1, 2, 3].map(|index| appender.component(pixel, index));
+    let y = appender.compute(Expression::Binary {
+        op: naga::BinaryOperator::Subtract,
+        left: height,
+        right: y,
+    });
+    let turned = appender.compute(Expression::Compose {
+        ty: vec4,
+        components: vec![x, y, z, w],
+    });
+    let body = appender.body;
+    // It is stored where the rest reads it.
+    let stored = function
+        .body
+        .iter_mut()
+        .find_map(|statement| match statement {
+            Statement::Store { value, .. } if *value == pixel => Some(value),
+            _ => None,
+        })?;
+    *stored = turned;
+    let mut first = naga::Block::new();
+    for statement in body {
+        first.push(statement, Span::UNDEFINED);
+    }
+    function.body.splice(0..0, first);
+    Some(())
+}
+
+/// Writes a checked module.
+fn write(
+    module: &Module,
+    info: &ModuleInfo,
+    stage: Stage,
+    target: Target,
+) -> Result<Written, String> {
+    let name = stage.entry_point().to_string();
+    // Indices stay within what the host binds, by construction.
+    let unchecked = BoundsCheckPolicies::default();
+    let (bytes, entry_point) = match target {
+        Target::Wgsl => {
+            let text = wgsl::write_string(module, info, wgsl::WriterFlags::empty())
+                .map_err(|error| describe(&error))?;
+            (text.into_bytes(), name)
+        }
+        Target::Spirv => {
+            let options = spv::Options {
+                lang_version: SPIRV,
+                flags: spv::WriterFlags::DEBUG | spv::WriterFlags::LABEL_VARYINGS,
+                fake_missing_bindings: true,
+                bounds_check_policies: unchecked,
+                force_loop_bounding: false,
+                ..Default::default()
+            };
+            let words =
+                spv::write_vec(module, info, &options, None).map_err(|error| describe(&error))?;
+            (spirv_bytes(&words), name)
+        }
+        Target::Glsl => {
+            let options = glsl::Options {
+                version: glsl::Version::Desktop(GLSL),
+                // Neither y nor z is touched: pictures stand upright as all
+                // others in OpenGL, and the fragment shader writes the depth.
+                writer_flags: glsl::WriterFlags::empty(),
+                binding_map: (0..4)
+                    .map(|binding| (ResourceBinding { group: 0, binding }, binding as u8))
+                    .collect(),
+                ..Default::default()
+            };
+            let pipeline = glsl::PipelineOptions {
+                shader_stage: stage.naga(),
+                entry_point: name,
+                multiview: None,
+            };
+            let mut text = String::new();
+            glsl::Writer::new(&mut text, module, info, &options, &pipeline, unchecked)
+                .and_then(|mut writer| writer.write())
+                .map_err(|error| describe(&error))?;
+            (text.into_bytes(), "main".to_string())
+        }
+        Target::Hlsl => {
+            let options = hlsl::Options {
+                shader_model: SHADER_MODEL,
+                restrict_indexing: false,
+                force_loop_bounding: false,
+                ..Default::default()
+            };
+            let pipeline = hlsl::PipelineOptions::default();
+            let mut text = String::new();
+            let reflection = hlsl::Writer::new(&mut text, &options, &pipeline)
+                .write(module, info, None)
+                .map_err(|error| describe(&error))?;
+            let [Ok(name)] = reflection.entry_point_names.as_slice() else {
+                return Err("its entry point was not written".to_string());
+            };
+            (text.into_bytes(), name.clone())
+        }
+        Target::Msl => {
+            let slot = |binding: u32| msl::BindTarget {
+                buffer: Some(binding as u8),
+                ..Default::default()
+            };
+            let resources = msl::EntryPointResources {
+                resources: (0..4)
+                    .map(|binding| (ResourceBinding { group: 0, binding }, slot(binding)))
+                    .collect(),
+                sizes_buffer: Some(METAL_SIZES),
+                ..Default::default()
+            };
+            let options = msl::Options {
+                lang_version: METAL,
+                per_entry_point_map: [(name, resources)].into_iter().collect(),
+                fake_missing_bindings: false,
+                bounds_check_policies: unchecked,
+                force_loop_bounding: false,
+                ..Default::default()
+            };
+            let pipeline = msl::PipelineOptions::default();
+            let (text, translated) = msl::write_string(module, info, &options, &pipeline)
+                .map_err(|error| describe(&error))?;
+            let [Ok(name)] = translated.entry_point_names.as_slice() else {
+                return Err("its entry point was not written".to_string());
+            };
+            (text.into_bytes(), name.clone())
+        }
+    };
+    Ok(Written { bytes, entry_point })
+}
+
+/// Words as a `.spv` file has them.
+pub(super) fn spirv_bytes(words: &[u32]) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_le_bytes()).collect()
+}

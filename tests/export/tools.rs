@@ -1,0 +1,169 @@
+//! The tools that know the languages. Where one is not installed, its tests say
+//! so and do nothing; with RELIEVO_TOOLS=required that is a failure.
+
+use crate::cases::{cases, file};
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use relievo::export::{ExportedFile, Options, Output, export};
+use std::io::ErrorKind;
+use std::path::Path;
+use std::process::Command;
+
+/// Says that something is not installed, or fails.
+#[track_caller]
+pub fn lacking(what: &str) {
+    let required = std::env::var_os("RELIEVO_TOOLS").is_some_and(|value| value == "required");
+    assert!(!required, "{what} is not here, and RELIEVO_TOOLS=required");
+    eprintln!("NOT TESTED: {what} is not here; install it, or set RELIEVO_TOOLS=required to fail");
+}
+
+/// A program, and how it is asked about the files of a folder.
+struct Tool {
+    program: &'static str,
+    /// One run each.
+    runs: &'static [&'static [&'static str]],
+    /// Whether continuous integration has it.
+    is_packaged: bool,
+}
+
+const TOOLS: [Tool; 3] = [
+    Tool {
+        program: "spirv-val",
+        runs: &[
+            &["--target-env", "vulkan1.1", "vertex.spv"],
+            &["--target-env", "vulkan1.1", "fragment.spv"],
+        ],
+        is_packaged: true,
+    },
+    // GLSL as a program of both stages; and HLSL, of which it knows enough.
+    Tool {
+        program: "glslangValidator",
+        runs: &[
+            &["-l", "vertex.vert", "fragment.frag"],
+            &[
+                "-D",
+                "-V",
+                "-S",
+                "vert",
+                "-e",
+                "vs_main",
+                "-o",
+                "hlsl.spv",
+                "vertex.hlsl",
+            ],
+            &[
+                "-D",
+                "-V",
+                "-S",
+                "frag",
+                "-e",
+                "fs_main",
+                "-o",
+                "hlsl.spv",
+                "fragment.hlsl",
+            ],
+        ],
+        is_packaged: true,
+    },
+    // Chromium's, which no distribution packages.
+    Tool {
+        program: "tint",
+        runs: &[
+            &["--format", "wgsl", "vertex.wgsl"],
+            &["--format", "wgsl", "fragment.wgsl"],
+        ],
+        is_packaged: false,
+    },
+];
+
+impl Tool {
+    /// Whether it is there; what it says against the files is a failure.
+    fn accepts(&self, folder: &Path, name: &str) -> bool {
+        for arguments in self.runs {
+            let run = Command::new(self.program)
+                .args(*arguments)
+                .current_dir(folder)
+                .output();
+            match run {
+                Ok(output) => assert!(
+                    output.status.success(),
+                    "{name}: {} {}\n{}{}",
+                    self.program,
+                    arguments.join(" "),
+                    String::from_utf8_lossy(&output.stdout),
+                    String::from_utf8_lossy(&output.stderr)
+                ),
+                Err(error) if error.kind() == ErrorKind::NotFound => return false,
+                Err(error) => panic!("{}: {error}", self.program),
+            }
+        }
+        true
+    }
+}
+
+/// naga reads its own WGSL, and finds nothing in it that WebGPU need not have.
+fn reads_wgsl(files: &[ExportedFile], name: &str) {
+    for stage in ["vertex.wgsl", "fragment.wgsl"] {
+        let text = std::str::from_utf8(file(files, stage)).unwrap();
+        let module = naga::front::wgsl::parse_str(text)
+            .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(text)));
+        Validator::new(ValidationFlags::all(), Capabilities::empty())
+            .validate(&module)
+            .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(text)));
+    }
+}
+
+/// Each shader in each language, with both outputs.
+#[test]
+fn the_tools_of_each_language_accept_every_shader() {
+    let mut missing: Vec<&Tool> = Vec::new();
+    for case in cases().iter().filter(|case| case.scene.objects.len() == 1) {
+        for output in [Output::Color, Output::Words] {
+            let options = Options {
+                output,
+                ..Options::default()
+            };
+            let files = export(&case.scene, &options).unwrap();
+            reads_wgsl(&files, &case.name);
+            let folder = tempfile::tempdir().unwrap();
+            for file in &files {
+                std::fs::write(folder.path().join(&file.name), &file.bytes).unwrap();
+            }
+            for tool in &TOOLS {
+                let is_known = missing.iter().any(|known| known.program == tool.program);
+                if !is_known && !tool.accepts(folder.path(), &case.name) {
+                    missing.push(tool);
+                }
+            }
+        }
+    }
+    for tool in missing {
+        if tool.is_packaged {
+            lacking(tool.program);
+        } else {
+            eprintln!("NOT TESTED: {} is not here", tool.program);
+        }
+    }
+}
+
+/// The comparison would see a shader that is wrong.
+#[test]
+fn the_tools_refuse_what_is_wrong() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["vertex", "fragment"] {
+        for extension in ["spv", "wgsl", "hlsl", "vert", "frag"] {
+            let path = folder.path().join(format!("{name}.{extension}"));
+            std::fs::write(path, "this is no shader").unwrap();
+        }
+    }
+    for tool in &TOOLS {
+        for arguments in tool.runs {
+            let run = Command::new(tool.program)
+                .args(*arguments)
+                .current_dir(folder.path())
+                .output();
+            if let Ok(output) = run {
+                assert!(!output.status.success(), "{}", tool.program);
+            }
+        }
+    }
+}
