@@ -167,10 +167,10 @@ struct BakeArguments {
     #[arg(long)]
     text: Option<String>,
     /// The font of --text, a .ttf or .otf file [default: one that is built in]
-    #[arg(long, value_name = "FILE", requires = "text")]
+    #[arg(long, value_name = "FILE", conflicts_with = "pattern")]
     font: Option<PathBuf>,
     /// What is left free around --text, in line heights
-    #[arg(long, value_name = "F", requires = "text", default_value_t = Lettering::DEFAULT_MARGIN, value_parser = parse_margin)]
+    #[arg(long, value_name = "F", conflicts_with = "pattern", default_value_t = Lettering::DEFAULT_MARGIN, value_parser = parse_margin)]
     margin: f64,
     /// Pixels of the longer side, for an SVG drawing or --text [default: 512]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(i64::from(SMALLEST_RASTER)..=i64::from(LARGEST_RASTER)))]

@@ -170,6 +170,10 @@ fn read_font(files: &Files, path: &Path) -> Result<Vec<u8>, ShapeMapError> {
             ShapeMapError::Read { path, source }
         }
     })?;
+    // Asked first: the database only logs what it cannot read.
+    FontRef::from_index(&bytes, 0).map_err(|_| ShapeMapError::Font {
+        path: path.to_path_buf(),
+    })?;
     Ok(bytes.into_owned())
 }
 
