@@ -91,7 +91,7 @@ impl CpuPage {
             object.depth = None;
             (self.scene.camera, self.camera) = (None, None);
         } else {
-            object.shape = Shape::File(path);
+            (object.shape, object.raster) = (Shape::File(path), None);
         }
         self.prepared = None;
     }

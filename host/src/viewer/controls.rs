@@ -7,9 +7,10 @@ use crate::scene::{
     Color, DEFAULT_TOLERANCE, LARGEST_BUDGET, LARGEST_STEPS, LEAST_BUDGET, Lettering, Scene,
     SceneObject, Search, Shape, Tier,
 };
-use crate::shape_map::Storage;
+use crate::shape_map::{DEFAULT_RASTER, SMALLEST_RASTER, Storage};
 use eframe::egui::{self, Response, Ui};
 use std::ops::RangeInclusive;
+use std::path::Path;
 
 /// Shows controls one below the other, and remembers whether one was changed.
 pub struct Controls<'a> {
@@ -202,6 +203,16 @@ impl<'a> Controls<'a> {
         self.group("Accuracy", true, |controls| controls.accuracy(object));
         self.group("Pattern and mesh", false, |controls| {
             controls.letters(&mut object.shape);
+            if is_drawn(&object.shape) {
+                let mut raster = object.raster.unwrap_or(DEFAULT_RASTER);
+                if controls.count(
+                    "Pixels of the longer side",
+                    &mut raster,
+                    SMALLEST_RASTER..=4096,
+                ) {
+                    object.raster = Some(raster);
+                }
+            }
             let mut threshold = u32::from(object.threshold);
             if controls.count("Threshold", &mut threshold, 1..=255) {
                 object.threshold = threshold as u8;
@@ -324,6 +335,15 @@ impl<'a> Controls<'a> {
                 scene.supersampling = if supersample { 2 } else { 1 };
             }
         });
+    }
+}
+
+/// Whether a pattern has no pixels of its own.
+fn is_drawn(shape: &Shape) -> bool {
+    let ending = |path: &Path| path.extension().unwrap_or_default().to_ascii_lowercase();
+    match shape {
+        Shape::Text(_) => true,
+        Shape::File(path) => ending(path) == "svg",
     }
 }
 

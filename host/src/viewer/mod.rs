@@ -512,7 +512,7 @@ impl Viewer {
             // Of another size, and seen from elsewhere.
             (object.depth, self.camera) = (None, None);
         } else {
-            object.shape = Shape::File(name);
+            (object.shape, object.raster) = (Shape::File(name), None);
         }
         self.order(false);
     }

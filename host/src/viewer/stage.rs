@@ -513,3 +513,117 @@ impl Present {
         pass.draw(0..3, 0..1);
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::display;
+    use super::*;
+    use crate::prepare::prepare;
+    use crate::render::gpu::adapters;
+    use crate::render::{CpuRenderer, Renderer};
+    use crate::scene::{Scene, Tier};
+    use std::path::Path;
+
+    fn torus(tier: Tier) -> PreparedScene {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/scenes/torus.toml");
+        let mut scene = Scene::load(&path).unwrap();
+        // No multiple of what a row of a buffer is aligned to.
+        scene.size = [97, 64];
+        scene.objects[0].tier = tier;
+        prepare(&scene, &|_| ()).unwrap()
+    }
+
+    /// Red, green, blue and alpha of each pixel of the screen.
+    fn pixels(stage: &Stage) -> Vec<u8> {
+        let screen = stage.screen.as_ref().unwrap();
+        let [width, height] = screen.size;
+        let stride = (4 * width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let device = stage.device.wgpu();
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: u64::from(stride * height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = device.create_command_encoder(&Default::default());
+        encoder.copy_texture_to_buffer(
+            screen.view.texture().as_image_copy(),
+            wgpu::TexelCopyBufferInfo {
+                buffer: &buffer,
+                layout: wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(stride),
+                    rows_per_image: None,
+                },
+            },
+            screen.view.texture().size(),
+        );
+        stage.device.queue().submit([encoder.finish()]);
+        let rows = |bytes: &[u8]| {
+            let rows = bytes.chunks(stride as usize);
+            rows.flat_map(|row| row[..4 * width as usize].to_vec())
+                .collect()
+        };
+        stage.device.read(&buffer, buffer.size(), rows).unwrap()
+    }
+
+    fn expected(scene: &PreparedScene, look: &Look) -> Vec<u8> {
+        let mut renderer = CpuRenderer::new(scene);
+        match look.show.content() {
+            Content::Color => display::color_bytes(&renderer.color(&scene.frame).unwrap()),
+            Content::Geometry => {
+                let words = renderer.geometry(&scene.frame).unwrap();
+                display::geometry_bytes(look.show, &words, &look.scale)
+            }
+        }
+    }
+
+    /// The device's `pow` may round otherwise than ours.
+    fn same(a: &[u8], b: &[u8], what: &str) {
+        assert_eq!(a.len(), b.len());
+        let far = a.iter().zip(b).filter(|(a, b)| a.abs_diff(**b) > 1);
+        assert_eq!(far.count(), 0, "{what}");
+    }
+
+    #[test]
+    fn gpu_the_screen_shows_what_display_says() {
+        let scenes = [torus(Tier::Fast), torus(Tier::Planar)];
+        let all = adapters();
+        assert!(!all.is_empty(), "no adapter on this machine");
+        for adapter in all {
+            let mut stage = Stage::new(adapter.open().unwrap()).unwrap();
+            if !stage.describe().contains("exact") {
+                continue;
+            }
+            for split in [1.0, 0.25] {
+                let shown = if split == 1.0 { 1 } else { 2 };
+                let shown: Vec<_> = scenes.iter().take(shown).collect();
+                stage.put(&shown).unwrap();
+                for show in Show::ALL {
+                    let scale = Scale {
+                        distances: [2.0, 6.0],
+                        steps: 32.0,
+                    };
+                    let look = Look { show, split, scale };
+                    stage.draw(&[scenes[0].frame; 2], &look).unwrap();
+                    while stage.is_busy() {}
+                    let (size, took) = stage.last_frame().unwrap();
+                    assert!(size == [97, 64] && took > Duration::ZERO);
+                    let seen = pixels(&stage);
+                    let mut wanted = expected(&scenes[0], &look);
+                    if split < 1.0 {
+                        let right = expected(&scenes[1], &look);
+                        for (row, other) in wanted.chunks_mut(4 * 97).zip(right.chunks(4 * 97)) {
+                            row[4 * 24..].copy_from_slice(&other[4 * 24..]);
+                        }
+                    }
+                    same(
+                        &seen,
+                        &wanted,
+                        &format!("{show:?}, {split}, {}", stage.describe()),
+                    );
+                }
+            }
+        }
+    }
+}
