@@ -60,20 +60,35 @@ pub fn program() -> &'static Path {
     static PROGRAM: OnceLock<PathBuf> = OnceLock::new();
     PROGRAM.get_or_init(|| {
         let name = format!("relievo{}", std::env::consts::EXE_SUFFIX);
-        built(&["--package", "relievo", "--bin", "relievo"], &name)
+        built(&[&AS_IN_TESTS[..], &["--bin", "relievo"]].concat(), &name)
     })
 }
 
 /// The example that uses the library, built likewise.
 pub fn library_example() -> PathBuf {
     let name = format!("examples/library{}", std::env::consts::EXE_SUFFIX);
-    built(&["--package", "relievo", "--example", "library"], &name)
+    built(
+        &[&AS_IN_TESTS[..], &["--example", "library"]].concat(),
+        &name,
+    )
 }
 
 /// The example that draws an export with wgpu alone, built likewise.
 pub fn plain_wgpu() -> PathBuf {
     let name = format!("plain-wgpu{}", std::env::consts::EXE_SUFFIX);
-    built(&["--package", "plain-wgpu"], &name)
+    built(
+        &[&AS_IN_TESTS[..], &["--bin", "plain-wgpu"]].concat(),
+        &name,
+    )
+}
+
+/// What builds the page, built likewise.
+pub fn page_builder() -> PathBuf {
+    let name = format!("relievo-page-builder{}", std::env::consts::EXE_SUFFIX);
+    built(
+        &[&AS_IN_TESTS[..], &["--bin", "relievo-page-builder"]].concat(),
+        &name,
+    )
 }
 
 /// The Vulkan driver of `faulty-driver`, built likewise.
@@ -85,6 +100,10 @@ pub fn faulty_driver() -> &'static Path {
         built(&["--package", "relievo-faulty-driver"], &name)
     })
 }
+
+/// With a test and the whole workspace, dependencies have the features that they
+/// have in a run of all tests: they are not built a second time.
+const AS_IN_TESTS: [&str; 3] = ["--workspace", "--test", "sources"];
 
 /// The file `name` that `cargo build` makes with these arguments.
 ///

@@ -31,28 +31,15 @@ fn difference(a: &image::RgbImage, b: &image::RgbImage, limit: u8) -> f64 {
     a.pixels().zip(b.pixels()).filter(differs).count() as f64 / pixels
 }
 
-/// The scene of the page as the program draws it.
-fn native(scene: &str) -> image::RgbImage {
+/// What the program draws of a scene that the page has saved as an archive.
+fn native(archive: &[u8]) -> image::RgbImage {
     let folder = tempfile::tempdir().unwrap();
-    let (file, output) = (
-        folder.path().join("scene.toml"),
-        folder.path().join("native.png"),
-    );
-    let assets = relievo_tests::asset("");
-    for name in ["meshes", "patterns"] {
-        let into = folder.path().join(name);
-        std::fs::create_dir(&into).unwrap();
-        for file in ["torus.obj", "discs.png"] {
-            let from = assets.join(name).join(file);
-            if from.exists() {
-                std::fs::copy(from, into.join(file)).unwrap();
-            }
-        }
-    }
-    std::fs::write(&file, scene).unwrap();
+    let mut files = zip::ZipArchive::new(std::io::Cursor::new(archive)).unwrap();
+    files.extract(folder.path()).unwrap();
+    let output = folder.path().join("native.png");
     let done = std::process::Command::new(relievo_tests::program())
         .args(["render", "--backend", "cpu", "-o"])
-        .args([&output, &file])
+        .args([&output, &folder.path().join("torus-view.toml")])
         .output()
         .unwrap();
     assert!(
@@ -91,14 +78,23 @@ fn gpu_the_viewer_in_a_browser() {
     let png = page.downloaded("torus-view.png");
     let saved = image::load_from_memory(&png).unwrap().into_rgb8();
     assert_eq!(saved.dimensions(), (800, 600));
-    let told = page.probe();
-    let native = native(told["scene"].as_str().unwrap());
+    page.click("Save scene (Ctrl S)");
+    let native = native(&page.downloaded("torus-view.zip"));
+    assert_eq!(native.dimensions(), saved.dimensions());
     let share = difference(&saved, &native, 2);
     println!(
         "{:.3} % of the pixels differ from the program's by more than 2 of 255",
         100.0 * share
     );
     assert!(share < 0.002, "{share}");
+
+    page.click("Export shaders");
+    let shaders = page.downloaded("torus-view-shaders.zip");
+    let shaders = zip::ZipArchive::new(std::io::Cursor::new(shaders)).unwrap();
+    for name in ["fragment.wgsl", "fragment.metal", "mesh.glb", "README.md"] {
+        let name = format!("torus-view-shaders/{name}");
+        assert!(shaders.index_for_name(&name).is_some(), "no {name}");
+    }
 
     page.drop_file("stripes.png", &stripes());
     page.wait("the stripes", |told| {

@@ -148,6 +148,14 @@ fn gpu_everything_can_be_reached_and_shown() {
     assert!(window.settle().number("Split") > half + 0.05);
     window.choose("Compare with", "nothing");
 
+    // The panels become light, and the picture stays.
+    window.settle();
+    let panel = |window: &Window| window.look("Shadows on itself").brightness();
+    window.choose("Theme", "dark");
+    let dark = panel(&window);
+    window.choose("Theme", "light");
+    assert!(panel(&window) > dark + 60.0);
+
     window.settle();
     window.click("Error against the oracle");
     window.expect(|probe| probe.message.contains("interior holes"));

@@ -28,17 +28,9 @@ pub fn built() -> Option<PathBuf> {
         if chromium().is_none() {
             return Err("Chromium is not installed".to_string());
         }
-        let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let done = Command::new(cargo)
+        let done = Command::new(relievo_tests::page_builder())
             .current_dir(relievo_tests::root())
-            .args([
-                "run",
-                "--quiet",
-                "--package",
-                "relievo-page-builder",
-                "--",
-                "-o",
-            ])
+            .arg("-o")
             .arg(&folder)
             .output()
             .map_err(|error| error.to_string())?;

@@ -108,6 +108,12 @@ pub struct Look {
 }
 
 impl Look {
+    /// The mean of all channels, 0…255.
+    pub fn brightness(&self) -> f64 {
+        let bytes = self.pixels.as_raw();
+        bytes.iter().map(|&byte| f64::from(byte)).sum::<f64>() / bytes.len() as f64
+    }
+
     /// How many different colours there are.
     pub fn colors(&self) -> usize {
         let all: std::collections::BTreeSet<_> =
