@@ -50,6 +50,7 @@ fn main() -> anyhow::Result<()> {
     Bindgen::new()
         .input_path(&module)
         .web(true)?
+        .omit_default_module_path(false)
         .typescript(false)
         .remove_name_section(true)
         .remove_producers_section(true)
