@@ -100,6 +100,7 @@ mod error;
 pub mod generate;
 mod memory_model;
 pub mod module;
+pub mod portable;
 pub mod runner;
 #[cfg(test)]
 mod testing;

@@ -1,6 +1,6 @@
 //! A compiled module, and how it reaches the driver.
 
-use crate::{Device, DeviceError, memory_model};
+use crate::{Device, DeviceError, memory_model, portable};
 use std::borrow::Cow;
 
 /// How a module reaches the driver.
@@ -10,7 +10,8 @@ pub enum Route {
     /// shader passthrough only. Nothing else keeps NoContraction and the float
     /// controls.
     Untouched,
-    /// Read, checked and written anew by naga; every backend of wgpu.
+    /// Read, checked and written anew by naga, with loops that it writes rightly
+    /// ([`portable`]); every backend of wgpu.
     Portable,
 }
 
@@ -94,6 +95,20 @@ impl Module {
         Some(count)
     }
 
+    /// What [`Route::Portable`] gives to wgpu of the file with an entry point.
+    ///
+    /// # Errors
+    /// [`DeviceError::Module`] where there is no such entry point, or naga cannot
+    /// read it.
+    pub fn translated(&self, entry_point: &str) -> Result<naga::Module, DeviceError> {
+        let refused = |message| DeviceError::Module {
+            message: format!("the file with {entry_point:?}: {message}"),
+        };
+        let mut module = portable::read(&self.wanted(entry_point)?.words).map_err(refused)?;
+        portable::lower(&mut module).map_err(refused)?;
+        Ok(module)
+    }
+
     /// The SPIR-V with an entry point, if there is one, as the driver or naga gets
     /// it.
     pub fn spirv(&self, entry_point: &str) -> Option<Cow<'_, [u32]>> {
@@ -109,12 +124,19 @@ impl Module {
         self.files.iter().find(has)
     }
 
+    fn wanted(&self, entry_point: &str) -> Result<&File, DeviceError> {
+        self.file(entry_point).ok_or_else(|| DeviceError::Module {
+            message: format!("it has no entry point {entry_point:?}"),
+        })
+    }
+
     /// Gives the file with an entry point to `device`.
     ///
     /// # Errors
     /// [`DeviceError::Untouched`] where the device does not take it so,
-    /// [`DeviceError::Module`] where there is no such entry point,
-    /// [`DeviceError::Device`] where the device or naga refuses it.
+    /// [`DeviceError::Module`] where there is no such entry point, or naga cannot
+    /// read it,
+    /// [`DeviceError::Device`] where the device or naga's validator refuses it.
     pub fn load(
         &self,
         device: &Device,
@@ -125,14 +147,8 @@ impl Module {
                 adapter: device.describe().to_string(),
             });
         }
-        let file = self.file(entry_point).ok_or_else(|| DeviceError::Module {
-            message: format!("it has no entry point {entry_point:?}"),
-        })?;
+        let file = self.wanted(entry_point)?;
         // Here and not for all files at once: few of them are loaded.
-        let words = match self.route {
-            Route::Untouched => memory_model::plain(&file.words, HEADER),
-            Route::Portable => Cow::Borrowed(file.words.as_slice()),
-        };
         device.attempt(|| {
             Ok(match self.route {
                 Route::Untouched => {
@@ -150,18 +166,20 @@ impl Module {
                             wgpu::ShaderModuleDescriptorPassthrough {
                                 label: Some("bitwise"),
                                 entry_points,
-                                spirv: Some(words),
+                                spirv: Some(memory_model::plain(&file.words, HEADER)),
                                 ..Default::default()
                             },
                         )
                     }
                 }
+                // Not as SPIR-V: wgpu would have naga write the loops as they are.
                 Route::Portable => {
+                    let module = self.translated(entry_point)?;
                     device
                         .wgpu()
                         .create_shader_module(wgpu::ShaderModuleDescriptor {
                             label: Some("bitwise"),
-                            source: wgpu::ShaderSource::SpirV(words),
+                            source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
                         })
                 }
             })

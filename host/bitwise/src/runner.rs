@@ -421,7 +421,7 @@ mod tests {
             let device = adapter.open().expect("a device");
             let mut runner = Runner::new(&device, &module).expect("nothing is loaded yet");
             let error = runner.run(&TABLE[2], &[0]).unwrap_err();
-            assert!(matches!(error, DeviceError::Device { .. }), "{error}");
+            assert!(matches!(error, DeviceError::Module { .. }), "{error}");
         }
     }
 }

@@ -86,19 +86,24 @@ pub(crate) const SILENT: &[Kernel] = table! {
 
 /// [`SOURCE`] as the bytes of a SPIR-V module with NoContraction.
 pub(crate) fn shader() -> Vec<u8> {
-    let module = naga::front::wgsl::parse_str(SOURCE).expect("WGSL");
+    bytes(&without_contraction(&spirv(SOURCE)))
+}
+
+/// WGSL as SPIR-V.
+pub(crate) fn spirv(source: &str) -> Vec<u32> {
+    let module = naga::front::wgsl::parse_str(source).expect("WGSL");
     let mut validator = naga::valid::Validator::new(
         naga::valid::ValidationFlags::all(),
         naga::valid::Capabilities::empty(),
     );
     let info = validator.validate(&module).expect("a valid module");
     let options = naga::back::spv::Options::default();
-    let words =
-        naga::back::spv::write_vec(&module, &info, &options, None).expect("a SPIR-V module");
-    without_contraction(&words)
-        .iter()
-        .flat_map(|word| word.to_le_bytes())
-        .collect()
+    naga::back::spv::write_vec(&module, &info, &options, None).expect("a SPIR-V module")
+}
+
+/// Words as they are in a file.
+pub(crate) fn bytes(words: &[u32]) -> Vec<u8> {
+    words.iter().flat_map(|word| word.to_le_bytes()).collect()
 }
 
 /// Decorates every sum and product of a module with NoContraction.

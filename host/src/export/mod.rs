@@ -6,7 +6,6 @@
 
 mod bindings;
 mod layout;
-mod loops;
 mod mesh;
 mod readme;
 mod shader;

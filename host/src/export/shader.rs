@@ -2,7 +2,7 @@
 //! changed where a language or a user wants it so, checked, and written.
 
 use super::layout::{Binding, Element, Struct};
-use super::{Output, Target, loops};
+use super::{Output, Target};
 use naga::back::{glsl, hlsl, msl, spv, wgsl};
 use naga::compact::{KeepUnused, compact};
 use naga::proc::BoundsCheckPolicies;
@@ -12,6 +12,7 @@ use naga::{
     ResourceBinding, Scalar, ScalarKind, ShaderStage, Span, Statement, StructMember, Type,
     TypeInner, VectorSize,
 };
+use relievo_bitwise::portable;
 
 /// Shader model of the HLSL: what both compilers of it take.
 const SHADER_MODEL: hlsl::ShaderModel = hlsl::ShaderModel::V5_1;
@@ -75,7 +76,7 @@ pub(super) fn translate(
     output: Output,
     target: Target,
 ) -> Result<Written, String> {
-    let mut module = read(words)?;
+    let mut module = portable::read(words)?;
     name(&mut module, bindings, structs)?;
     let [entry_point] = module.entry_points.as_mut_slice() else {
         return Err("it has not one entry point".to_string());
@@ -93,23 +94,11 @@ pub(super) fn translate(
         }
     }
     if matches!(target, Target::Glsl | Target::Hlsl | Target::Msl) {
-        loops::lower(&mut module)?;
+        portable::lower(&mut module)?;
     }
     compact(&mut module, KeepUnused::No);
     let info = validate(&module)?;
     write(&module, &info, stage, target)
-}
-
-/// Reads SPIR-V. y goes up in the vertices' positions, as our renderer has it:
-/// naga would turn it over, since Vulkan has it otherwise.
-fn read(words: &[u32]) -> Result<Module, String> {
-    let options = naga::front::spv::Options {
-        adjust_coordinate_space: false,
-        ..Default::default()
-    };
-    naga::front::spv::Frontend::new(words.iter().copied(), &options)
-        .parse()
-        .map_err(|error| error.to_string())
 }
 
 /// Checks a module as for WebGPU, with nothing that is optional there.

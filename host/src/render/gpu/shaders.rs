@@ -326,7 +326,9 @@ impl EntryPoints {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relievo_bitwise::Told;
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+    use naga::{Block, Statement};
+    use relievo_bitwise::{Told, portable};
 
     #[test]
     fn every_canary_has_its_meaning() {
@@ -345,6 +347,54 @@ mod tests {
                     assert!(module.instructions(name) > Some(500), "{name}");
                 }
             }
+        }
+    }
+
+    /// Loops in a block that end in something naga writes wrongly.
+    fn tails(block: &Block) -> usize {
+        let count = |statement: &Statement| match statement {
+            Statement::Block(inner) => tails(inner),
+            Statement::If { accept, reject, .. } => tails(accept) + tails(reject),
+            Statement::Switch { cases, .. } => cases.iter().map(|case| tails(&case.body)).sum(),
+            Statement::Loop {
+                body,
+                continuing,
+                break_if,
+            } => {
+                let own = break_if.is_some() || !continuing.is_empty();
+                usize::from(own) + tails(body) + tails(continuing)
+            }
+            _ => 0,
+        };
+        block.iter().map(count).sum()
+    }
+
+    /// The loops of [`tails`] in everything of a module.
+    fn all_tails(module: &naga::Module) -> usize {
+        let functions = module.functions.iter().map(|(_, function)| function);
+        let entry_points = module.entry_points.iter().map(|entry| &entry.function);
+        let bodies = functions.chain(entry_points).map(|function| &function.body);
+        bodies.map(tails).sum()
+    }
+
+    #[test]
+    fn portable_shaders_have_no_loops_that_naga_writes_wrongly() {
+        let modules = [Shaders::Portable.module(), Shaders::Portable.kernels()];
+        for module in modules.map(|module| module.unwrap()) {
+            let mut before = 0;
+            for entry_point in module.entry_points() {
+                let name = &entry_point.name;
+                let words = module.spirv(name).unwrap();
+                before += all_tails(&portable::read(&words).unwrap());
+                let given = module.translated(name).unwrap();
+                assert_eq!(all_tails(&given), 0, "{name}");
+                // Nothing that is optional in WebGPU.
+                let mut validator = Validator::new(ValidationFlags::all(), Capabilities::empty());
+                let valid = validator.validate(&given);
+                assert!(valid.is_ok(), "{name}: {valid:?}");
+            }
+            println!("{before} loops rewritten");
+            assert!(before > 0);
         }
     }
 
