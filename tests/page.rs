@@ -53,7 +53,7 @@ fn native(archive: &[u8]) -> image::RgbImage {
 #[test]
 fn gpu_the_viewer_in_a_browser() {
     let Some(folder) = built() else { return };
-    let mut page = Page::open(&folder, GPU);
+    let page = Page::open(&folder, GPU);
     let first = page.settle();
     println!(
         "{}: first picture after {:.0} ms, frame {:.1} ms",
@@ -108,7 +108,7 @@ fn gpu_the_viewer_in_a_browser() {
 #[test]
 fn without_webgpu_a_worker_draws() {
     let Some(folder) = built() else { return };
-    let mut page = Page::open(&folder, CPU);
+    let page = Page::open(&folder, CPU);
     let first = page.settle();
     println!(
         "first picture by the CPU after {:.0} ms",

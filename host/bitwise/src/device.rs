@@ -221,6 +221,10 @@ impl Drop for Shared {
 }
 
 /// Collects what a device complains of on this thread while it lives.
+#[cfg_attr(
+    target_arch = "wasm32",
+    expect(dead_code, reason = "they end when they are dropped")
+)]
 struct Scopes {
     // Dropped in this order, which must be the reverse of that of their making.
     memory: wgpu::ErrorScopeGuard,

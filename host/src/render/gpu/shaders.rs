@@ -60,6 +60,7 @@ macro_rules! renderer {
 }
 
 /// The exact and the fast file of each kernel of a list.
+#[cfg(not(target_arch = "wasm32"))]
 macro_rules! kernel_files {
     ($($name:ident($($arguments:tt)*) -> $result:ty = $function:expr;)*) => {
         (
