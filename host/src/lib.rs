@@ -41,6 +41,7 @@ pub mod file;
 pub mod files;
 #[cfg(feature = "studies")]
 pub mod gallery;
+mod hierarchy;
 pub mod limits;
 pub mod mesh;
 pub mod oracle;

@@ -31,9 +31,11 @@ fn limits() -> Limits {
 /// Parses the default scene.
 pub fn scene() -> Result<Scene, SceneError> {
     let files = FILES.map(|(name, bytes)| (PathBuf::from(name), Arc::from(bytes)));
+    // A folder of its own would be missing where the scene is saved.
+    let text = SCENE.replace("../", "");
     Scene::parse_with(
-        SCENE,
-        Path::new("scenes/torus.toml"),
+        &text,
+        Path::new("torus.toml"),
         &limits(),
         Files::memory(files),
     )

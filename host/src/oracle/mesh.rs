@@ -4,19 +4,17 @@
 use super::prism_search::{HulledPrism, search};
 use super::wide::{wide_object, wide_shell};
 use super::{Oracle, Sample};
+use crate::hierarchy;
 use crate::prepare::PreparedScene;
 use glam::{DVec3, Vec3, Vec3A};
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_MISS, CLASS_WALL};
 use relievo_shared_f64::layout::Object;
 use relievo_shared_f64::normals::class_of;
 use relievo_shared_f64::profile::Profile;
 use relievo_shared_f64::shape_map::ShapeMap;
-use std::time::Duration;
 
 /// Steps of one search, and bisections after it: more than any search needs.
 const LINEAR_STEPS: u32 = 100_000;
@@ -143,11 +141,7 @@ impl Hierarchy {
                 Aabb::new((low - margin).into(), (high + margin).into())
             })
             .collect();
-        Hierarchy(build_bvh2(
-            &boxes,
-            BvhBuildParams::medium_build(),
-            &mut Duration::default(),
-        ))
+        Hierarchy(hierarchy::build(&boxes))
     }
 
     /// Calls `visit` with the number of each box that the ray may meet.

@@ -2,12 +2,11 @@
 //! a pixel's ray, and the shared code does the rest, rows in parallel.
 
 use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
+use crate::hierarchy;
 use crate::prepare::{PreparedObject, PreparedScene};
 use glam::{Vec3, Vec3A};
-use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::bvh2::builder::build_bvh2;
 use obvhs::ray::Ray;
 use rayon::prelude::*;
 use relievo_shared::camera::{pixel_ray, reversed_depth};
@@ -18,7 +17,6 @@ use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::prism::{cap_hull, is_near, is_open, normal_hull};
 use relievo_shared::shell::{self, ShellHit};
 use std::ops::Add;
-use std::time::Duration;
 
 /// Renders one scene on the CPU.
 pub struct CpuRenderer<'a> {
@@ -294,11 +292,7 @@ fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
             leaves.push([i as u32, j as u32]);
         }
     }
-    let bvh = build_bvh2(
-        &boxes,
-        BvhBuildParams::medium_build(),
-        &mut Duration::default(),
-    );
+    let bvh = hierarchy::build(&boxes);
     let leaves = bvh
         .primitive_indices
         .iter()

@@ -298,23 +298,27 @@ impl Viewer {
         }
     }
 
+    /// Whether the last frame is not done yet; learns from it when it is.
+    fn is_busy(&mut self) -> bool {
+        let is_busy = self.stage.is_busy();
+        if let Some((size, took)) = self.stage.finished() {
+            self.probe.frame_ms = took.as_secs_f64() * 1e3;
+            self.probe.frame_size = size;
+            self.governor.learn(size, took);
+            let since = self.started.elapsed();
+            let first = &mut self.probe.first_picture_ms;
+            first.get_or_insert(since.as_secs_f64() * 1e3);
+        }
+        is_busy
+    }
+
     /// Draws what is to be seen in a picture of `full` pixels, if it is not on
     /// the screen.
     fn draw(&mut self, full: [u32; 2]) {
+        let is_busy = self.is_busy();
         let Some(camera) = self.camera else { return };
-        if self.prepared.is_empty() || self.stage.is_busy() {
+        if self.prepared.is_empty() || is_busy {
             return;
-        }
-        if let Some((size, took)) = self.stage.last_frame() {
-            if self.drawn.as_ref().is_some_and(|drawn| drawn.size == size) {
-                self.probe.frame_ms = took.as_secs_f64() * 1e3;
-                self.probe.frame_size = size;
-                self.governor.learn(size, took);
-            }
-            if self.probe.first_picture_ms.is_none() {
-                let since = self.started.elapsed();
-                self.probe.first_picture_ms = Some(since.as_secs_f64() * 1e3);
-            }
         }
         let size = if self.is_moving() {
             self.governor.size(full)
@@ -651,8 +655,8 @@ impl Viewer {
             let stroke = ui.visuals().selection.stroke;
             painter.rect_stroke(rectangle, 0.0, stroke, egui::StrokeKind::Inside);
         }
-        self.probe.settled = self.is_settled(full);
-        if !self.probe.settled || self.stage.is_busy() {
+        self.probe.settled = self.is_settled(full) && !self.is_busy();
+        if !self.probe.settled {
             ui.ctx().request_repaint_after(Duration::from_millis(10));
         }
     }

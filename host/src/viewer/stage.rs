@@ -157,9 +157,9 @@ impl Stage {
     }
 
     /// Size of the last frame that was done, and how long it took: by the
-    /// device's clock, or by ours where it has none.
-    pub fn last_frame(&self) -> Option<([u32; 2], Duration)> {
-        self.last
+    /// device's clock, or by ours where it has none. It is told once.
+    pub fn finished(&mut self) -> Option<([u32; 2], Duration)> {
+        self.last.take()
     }
 
     /// Draws a frame of each scene, of one size, to the screen; it is done when
@@ -607,7 +607,7 @@ mod tests {
                     let look = Look { show, split, scale };
                     stage.draw(&[scenes[0].frame; 2], &look).unwrap();
                     while stage.is_busy() {}
-                    let (size, took) = stage.last_frame().unwrap();
+                    let (size, took) = stage.finished().unwrap();
                     assert!(size == [97, 64] && took > Duration::ZERO);
                     let seen = pixels(&stage);
                     let mut wanted = expected(&scenes[0], &look);
