@@ -121,10 +121,15 @@ impl Page {
     /// Opens the page in `folder`, with this after its address.
     pub fn open(folder: &Path, query: &str) -> Page {
         let address = serve(folder);
+        // A software adapter, and a page that is put together on it as well:
+        // without the last three nothing of WebGPU reaches the page.
         let arguments = [
             "--enable-unsafe-webgpu",
             "--use-webgpu-adapter=swiftshader",
             "--enable-features=Vulkan",
+            "--use-vulkan=swiftshader",
+            "--use-angle=vulkan",
+            "--disable-vulkan-surface",
         ];
         let options = LaunchOptions::default_builder()
             .path(chromium())

@@ -152,7 +152,10 @@ impl Device {
     }
 
     /// An error where the device is lost.
-    fn alive(&self) -> Result<(), DeviceError> {
+    ///
+    /// # Errors
+    /// [`DeviceError::Device`] with the reason.
+    pub fn alive(&self) -> Result<(), DeviceError> {
         match self.shared.lost.get() {
             None => Ok(()),
             Some(reason) => Err(self.failed(reason)),

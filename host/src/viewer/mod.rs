@@ -301,6 +301,11 @@ impl Viewer {
     /// Whether the last frame is not done yet; learns from it when it is.
     fn is_busy(&mut self) -> bool {
         let is_busy = self.stage.is_busy();
+        if let Err(error) = self.stage.device().alive()
+            && !self.is_wrong
+        {
+            self.complain(error.to_string());
+        }
         if let Some((size, took)) = self.stage.finished() {
             self.probe.frame_ms = took.as_secs_f64() * 1e3;
             self.probe.frame_size = size;
