@@ -134,7 +134,8 @@ impl Page {
         let options = LaunchOptions::default_builder()
             .path(chromium())
             .sandbox(false)
-            .window_size(Some((1000, 700)))
+            .enable_gpu(true)
+            .window_size(Some((1000, 1000)))
             .args(arguments.map(OsStr::new).to_vec())
             .idle_browser_timeout(PATIENCE)
             .build()
@@ -250,7 +251,8 @@ impl Page {
                 pointer_Type: None,
             })
             .expect("the mouse moves");
-        std::thread::sleep(Duration::from_millis(60));
+        // Longer than a frame: what is pressed is what the last one showed.
+        std::thread::sleep(Duration::from_millis(250));
     }
 
     /// Drags from one place in a control to another.
@@ -300,8 +302,10 @@ impl Page {
             );
             std::thread::sleep(Duration::from_millis(50));
         }
-        // It gets its name when it is whole.
-        std::fs::read(path).unwrap()
+        // It gets its name when it is whole. The next may have the same.
+        let bytes = std::fs::read(&path).unwrap();
+        std::fs::remove_file(path).unwrap();
+        bytes
     }
 
     fn screen(&self) -> Vec<u8> {
