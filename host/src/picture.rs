@@ -106,15 +106,19 @@ impl Picture {
     }
 }
 
-/// The sRGB byte of a linear channel; 0 for NaN.
-fn srgb_byte(linear: f32) -> u8 {
+/// The sRGB of a linear channel, 0…1.
+pub(crate) fn srgb(linear: f32) -> f32 {
     let x = linear.clamp(0.0, 1.0);
-    let encoded = if x <= 0.003_130_8 {
+    if x <= 0.003_130_8 {
         12.92 * x
     } else {
         1.055 * x.powf(1.0 / 2.4) - 0.055
-    };
-    (encoded * 255.0 + 0.5) as u8
+    }
+}
+
+/// The sRGB byte of a linear channel; 0 for NaN.
+fn srgb_byte(linear: f32) -> u8 {
+    (srgb(linear) * 255.0 + 0.5) as u8
 }
 
 #[cfg(test)]

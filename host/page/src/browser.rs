@@ -40,6 +40,10 @@ impl Platform for Browser {
         true
     }
 
+    fn listens(&self) -> bool {
+        true
+    }
+
     fn tell(&mut self, probe: &Probe) {
         // A structure of texts and numbers is always valid JSON.
         *self.told.borrow_mut() = serde_json::to_string(probe).unwrap_or_default();

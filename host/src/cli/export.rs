@@ -1,12 +1,12 @@
 //! `relievo export`.
 
-use super::session::{Loaded, load, say_plans};
+use super::session::{Loaded, inputs, load, say_plans};
 use super::{ExportArguments, Language, Written, say};
 use relievo::Error;
 use relievo::export::{ExportedFile, Options, Output, Target, export};
 use relievo::file::write_folder;
-use relievo::scene::{Scene, SceneObject};
-use std::path::{Path, PathBuf};
+use relievo::scene::Scene;
+use std::path::Path;
 
 pub fn run(arguments: &ExportArguments) -> anyhow::Result<()> {
     let limits = arguments.limits.limits();
@@ -53,9 +53,7 @@ fn targets(asked: &[Language]) -> Vec<Target> {
 
 /// What is written must not be what was read.
 fn check_inputs(scene: &Scene, folder: &Path, files: &[ExportedFile]) -> anyhow::Result<()> {
-    let read = scene.objects.iter().flat_map(SceneObject::files);
-    let inputs = std::iter::once(scene.path.as_path()).chain(read);
-    let inputs: Vec<PathBuf> = inputs.filter_map(|path| path.canonicalize().ok()).collect();
+    let inputs = inputs(scene);
     for file in files {
         let path = folder.join(&file.name);
         if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {

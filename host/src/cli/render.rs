@@ -1,12 +1,12 @@
 //! `relievo render`.
 
-use super::session::{Loaded, choose_renderer, load_view, say_plans};
+use super::session::{Loaded, choose_renderer, inputs, load_view, say_plans};
 use super::{RenderArguments, say};
 use relievo::Error;
 use relievo::aov::{PIXEL_BYTES, save_exr};
 use relievo::limits::Account;
 use relievo::picture::Picture;
-use relievo::scene::{Scene, SceneObject};
+use relievo::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -57,9 +57,7 @@ pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
 
 /// What is written must not be what was read, nor one file twice.
 fn check_outputs(scene: &Scene, output: &Path, aov: Option<&Path>) -> anyhow::Result<()> {
-    let files = scene.objects.iter().flat_map(SceneObject::files);
-    let inputs = std::iter::once(scene.path.as_path()).chain(files);
-    let inputs: Vec<PathBuf> = inputs.filter_map(|path| path.canonicalize().ok()).collect();
+    let inputs = inputs(scene);
     for path in [Some(output), aov].into_iter().flatten() {
         if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
             anyhow::bail!(

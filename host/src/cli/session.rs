@@ -6,9 +6,9 @@ use relievo::budget::Promise;
 use relievo::prepare::{PreparedScene, Step, prepare, prepare_view};
 use relievo::render::gpu::{Adapter, Choice, adapters, choose};
 use relievo::render::{CpuRenderer, FallbackRenderer, GpuRenderer, RenderError, Renderer};
-use relievo::scene::Scene;
+use relievo::scene::{Scene, SceneObject};
 use relievo::{Error, Limits};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A scene and what it loaded.
 pub struct Loaded {
@@ -65,6 +65,13 @@ fn load_by(
         prepared.preparation.as_secs_f64()
     );
     Ok(Loaded { scene, prepared })
+}
+
+/// The files that `scene` reads, itself among them, as far as they are there.
+pub fn inputs(scene: &Scene) -> Vec<PathBuf> {
+    let named = scene.objects.iter().flat_map(SceneObject::files);
+    let all = std::iter::once(scene.path.as_path()).chain(named);
+    all.filter_map(|path| path.canonicalize().ok()).collect()
 }
 
 /// The adapter that is measured with: the one with `wanted` in its name, or any.

@@ -44,6 +44,23 @@ impl<'a> Controls<'a> {
         response.changed()
     }
 
+    fn slider<N: egui::emath::Numeric + ToString>(
+        &mut self,
+        label: &str,
+        unit: &str,
+        value: &mut N,
+        range: RangeInclusive<N>,
+        is_logarithmic: bool,
+    ) -> bool {
+        let slider = egui::Slider::new(value, range)
+            .text(label)
+            .suffix(unit)
+            .logarithmic(is_logarithmic)
+            .clamping(egui::SliderClamping::Edits);
+        let response = self.ui.add(slider);
+        self.note(label, &response, *value)
+    }
+
     /// A number with its unit.
     pub fn number(
         &mut self,
@@ -52,12 +69,7 @@ impl<'a> Controls<'a> {
         value: &mut f64,
         range: RangeInclusive<f64>,
     ) -> bool {
-        let slider = egui::Slider::new(value, range)
-            .text(label)
-            .suffix(unit)
-            .clamping(egui::SliderClamping::Edits);
-        let response = self.ui.add(slider);
-        self.note(label, &response, *value)
+        self.slider(label, unit, value, range, false)
     }
 
     /// A positive number over many orders of magnitude.
@@ -68,23 +80,12 @@ impl<'a> Controls<'a> {
         value: &mut f64,
         range: RangeInclusive<f64>,
     ) -> bool {
-        let slider = egui::Slider::new(value, range)
-            .text(label)
-            .suffix(unit)
-            .logarithmic(true)
-            .clamping(egui::SliderClamping::Edits);
-        let response = self.ui.add(slider);
-        self.note(label, &response, *value)
+        self.slider(label, unit, value, range, true)
     }
 
     /// A whole number over many orders of magnitude.
     fn count(&mut self, label: &str, value: &mut u32, range: RangeInclusive<u32>) -> bool {
-        let slider = egui::Slider::new(value, range)
-            .text(label)
-            .logarithmic(true)
-            .clamping(egui::SliderClamping::Edits);
-        let response = self.ui.add(slider);
-        self.note(label, &response, *value)
+        self.slider(label, "", value, range, true)
     }
 
     /// Yes or no.

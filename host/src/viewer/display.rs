@@ -2,6 +2,7 @@
 //!
 //! `present.wgsl` says the same on a GPU; a test compares the two.
 
+use crate::picture::srgb;
 use crate::render::gpu::Content;
 use crate::render::{ColorWords, GeometryWords};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
@@ -77,7 +78,7 @@ pub struct Scale {
 /// sRGB, 0…1, of a pixel of a picture of colours.
 pub fn color(words: [u32; 4]) -> [f32; 3] {
     let [r, g, b, _] = words.map(f32::from_bits);
-    [r, g, b].map(encode)
+    [r, g, b].map(srgb)
 }
 
 /// sRGB, 0…1, of a pixel of a picture of geometry.
@@ -120,16 +121,6 @@ fn heat(x: f32) -> [f32; 3] {
         (stops[1], stops[2], x - 1.0)
     };
     std::array::from_fn(|i| from[i] + (to[i] - from[i]) * part)
-}
-
-/// The sRGB of a linear channel.
-fn encode(linear: f32) -> f32 {
-    let x = linear.clamp(0.0, 1.0);
-    if x <= 0.003_130_8 {
-        12.92 * x
-    } else {
-        1.055 * x.powf(1.0 / 2.4) - 0.055
-    }
 }
 
 /// RGBA bytes of a picture of colours.

@@ -806,7 +806,6 @@ impl Viewer {
         if controls.button("Save scene (Ctrl S)") {
             self.save_scene();
         }
-        let mut controls = Controls::new(ui, collector);
         if controls.button("Export shaders") {
             self.export();
         }
@@ -839,16 +838,15 @@ impl Viewer {
                 ui.visuals().text_color()
             };
             ui.colored_label(color, &self.message);
-            if let Some(notice) = self.platform.notice() {
-                ui.separator();
-                ui.colored_label(ui.visuals().warn_fg_color, notice);
-            }
         });
         ui.small(self.stage.describe());
     }
 
     /// Tells the platform what has changed since it was told last.
     fn tell(&mut self, collector: Collector) {
+        if !self.platform.listens() {
+            return;
+        }
         self.probe.controls = collector.into_controls();
         self.probe.message.clone_from(&self.message);
         self.probe.renderer = self.stage.describe().to_string();

@@ -142,6 +142,10 @@ impl Platform for Desktop {
         false
     }
 
+    fn listens(&self) -> bool {
+        self.probe.is_some()
+    }
+
     fn tell(&mut self, probe: &Probe) {
         let Some(path) = &self.probe else { return };
         let told = serde_json::to_vec_pretty(probe)

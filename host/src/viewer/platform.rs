@@ -18,11 +18,9 @@ pub trait Platform {
     /// from which they could be read again.
     fn keeps_files(&self) -> bool;
 
-    /// Is told of every change.
-    fn tell(&mut self, probe: &Probe);
+    /// Whether somebody wants to be told of changes.
+    fn listens(&self) -> bool;
 
-    /// What stands in the way of faster or better pictures here, if anything.
-    fn notice(&self) -> Option<String> {
-        None
-    }
+    /// Is told of every change, if it listens.
+    fn tell(&mut self, probe: &Probe);
 }

@@ -75,17 +75,14 @@ impl Stage {
     pub fn new(device: Device) -> Result<Stage, RenderError> {
         let shaders = Choice::Trusted.on(&device)?;
         let pipelines = Pipelines::new(&device, &shaders.module()?);
-        let (wgpu, queue) = (device.wgpu(), device.queue());
-        let has_clock = wgpu.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        let timestamps = has_clock.then(|| Timestamps::new(wgpu, queue.get_timestamp_period()));
         Ok(Stage {
             description: format!("{}, {}", device.describe(), shaders.describe()),
             present: Present::new(device.wgpu()),
+            timestamps: Timestamps::of(&device),
             pipelines,
             device,
             panes: Vec::new(),
             screen: None,
-            timestamps,
             running: None,
             last: None,
             saving: None,

@@ -111,9 +111,7 @@ impl GpuRenderer {
         let description = format!("{}, {name}", opened.describe());
         let mut pipelines = Pipelines::new(&opened, module);
         let scene = GpuScene::new(scene, &mut pipelines, extent, &description)?;
-        let (device, queue) = (opened.wgpu(), opened.queue());
-        let has_clock = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        let timestamps = has_clock.then(|| Timestamps::new(device, queue.get_timestamp_period()));
+        let timestamps = Timestamps::of(&opened);
         Ok(GpuRenderer {
             description,
             device: opened,

@@ -1,5 +1,6 @@
 //! Timing a render pass by the device's own clock.
 
+use relievo_bitwise::Device;
 use std::time::Duration;
 
 /// Bytes of the two timestamps.
@@ -15,8 +16,15 @@ pub(crate) struct Timestamps {
 }
 
 impl Timestamps {
+    /// Those of a device that has a clock.
+    pub(crate) fn of(device: &Device) -> Option<Timestamps> {
+        let (wgpu, queue) = (device.wgpu(), device.queue());
+        let has_clock = wgpu.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        has_clock.then(|| Timestamps::new(wgpu, queue.get_timestamp_period()))
+    }
+
     /// For a device whose clock ticks every `period` nanoseconds.
-    pub(crate) fn new(device: &wgpu::Device, period: f32) -> Timestamps {
+    fn new(device: &wgpu::Device, period: f32) -> Timestamps {
         let buffer = |usage| {
             device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("timestamps"),
