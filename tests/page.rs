@@ -1,9 +1,5 @@
 //! The page in a headless Chromium: what a person does there, and what comes
 //! out of it.
-//!
-//! With WebGPU on a software adapter a frame takes half a second, and a click
-//! may fall between two: those tests belong to the long form until they are
-//! reliable.
 
 mod browser;
 
@@ -35,17 +31,24 @@ fn difference(a: &image::RgbImage, b: &image::RgbImage, limit: u8) -> f64 {
     a.pixels().zip(b.pixels()).filter(differs).count() as f64 / pixels
 }
 
-/// What the program draws of a scene that the page has saved as an archive.
-fn native(archive: &[u8]) -> image::RgbImage {
+/// What the program draws of a scene that the page has saved as an archive; in
+/// another size, with one sample a pixel.
+fn native(archive: &[u8], size: Option<(u32, u32)>) -> image::RgbImage {
     let folder = tempfile::tempdir().unwrap();
     let mut files = zip::ZipArchive::new(std::io::Cursor::new(archive)).unwrap();
     files.extract(folder.path()).unwrap();
+    let scene = folder.path().join("torus-view/torus-view.toml");
     let output = folder.path().join("native.png");
-    let done = std::process::Command::new(relievo_tests::program())
-        .args(["render", "--backend", "cpu", "-o"])
-        .args([&output, &folder.path().join("torus-view.toml")])
-        .output()
-        .unwrap();
+    let mut command = std::process::Command::new(relievo_tests::program());
+    command.args(["render", "--backend", "cpu", "-o"]);
+    command.args([&output, &scene]);
+    if let Some((width, height)) = size {
+        let text = std::fs::read_to_string(&scene).unwrap();
+        let text = text.replace("supersample = true", "supersample = false");
+        std::fs::write(&scene, text).unwrap();
+        command.args(["--size", &format!("{width}x{height}")]);
+    }
+    let done = command.output().unwrap();
     assert!(
         done.status.success(),
         "{}",
@@ -54,20 +57,16 @@ fn native(archive: &[u8]) -> image::RgbImage {
     image::open(output).unwrap().into_rgb8()
 }
 
-/// The picture that the viewer draws and gives to the downloads: a headless
+/// What the canvas shows where the picture is, as the viewer saves it: a headless
 /// browser puts nothing of WebGPU into its screenshots.
-fn drawn(page: &Page) -> image::RgbImage {
-    page.click("Save picture (Ctrl P)");
-    let png = page.downloaded("torus-view.png");
+fn shown(page: &Page) -> image::RgbImage {
+    page.click("Save what is shown (Ctrl Shift P)");
+    let png = page.downloaded("torus-view-shown.png");
     image::load_from_memory(&png).unwrap().into_rgb8()
 }
 
 #[test]
 fn gpu_the_viewer_in_a_browser() {
-    if !relievo_tests::is_long() {
-        eprintln!("ONLY WITH RELIEVO_LONG=1: WebGPU in a browser, on a software adapter");
-        return;
-    }
     let Some(folder) = built() else { return };
     let page = Page::open(&folder, GPU);
     let first = page.settle();
@@ -79,48 +78,56 @@ fn gpu_the_viewer_in_a_browser() {
         first["renderer"].as_str().unwrap().contains("portable"),
         "{first}"
     );
-    let torus = drawn(&page);
+    let torus = shown(&page);
     page.drag("Bevel b", [5.0, 10.0], [30.0, 10.0]);
     let beveled = page.settle();
     assert_ne!(page.value("Bevel b"), "0");
     assert_ne!(beveled["scene"], first["scene"]);
-    let saved = drawn(&page);
+    let screen = shown(&page);
     assert!(
-        difference(&torus, &saved, 16) > 0.005,
+        difference(&torus, &screen, 16) > 0.005,
         "the picture has not changed"
     );
-
-    // The picture that was downloaded, beside the program's of the same scene.
+    page.click("Save picture (Ctrl P)");
+    let saved = page.downloaded("torus-view.png");
+    let saved = image::load_from_memory(&saved).unwrap().into_rgb8();
     assert_eq!(saved.dimensions(), (800, 600));
+
+    // What is on the screen and what was saved, beside the program's pictures of
+    // the same scene.
     page.click("Save scene (Ctrl S)");
-    let native = native(&page.downloaded("torus-view.zip"));
-    assert_eq!(native.dimensions(), saved.dimensions());
-    let share = difference(&saved, &native, 2);
-    println!(
-        "{:.3} % of the pixels differ from the program's by more than 2 of 255",
-        100.0 * share
-    );
-    assert!(share < 0.002, "{share}");
+    let archive = page.downloaded("torus-view.zip");
+    let size = screen.dimensions();
+    assert!(size.0 > 400 && size.1 > 300, "{size:?}");
+    for (what, ours, native) in [
+        ("shown", &screen, native(&archive, Some(size))),
+        ("saved", &saved, native(&archive, None)),
+    ] {
+        let [any, visible] = [0, 2].map(|limit| difference(ours, &native, limit));
+        println!(
+            "{what} picture, {:?}: {:.3} % of the pixels differ from the program's, {:.3} % by more than 2 of 255",
+            ours.dimensions(),
+            100.0 * any,
+            100.0 * visible
+        );
+        assert!(visible < 0.002, "{what}: {visible}");
+    }
 
     page.passed();
 }
 
 #[test]
 fn gpu_a_dropped_pattern_and_the_shaders_of_a_browser() {
-    if !relievo_tests::is_long() {
-        eprintln!("ONLY WITH RELIEVO_LONG=1: WebGPU in a browser, on a software adapter");
-        return;
-    }
     let Some(folder) = built() else { return };
     let page = Page::open(&folder, GPU);
     page.settle();
-    let torus = drawn(&page);
+    let torus = shown(&page);
     page.drop_file("stripes.png", &stripes());
     page.wait("the stripes", |told| {
         told["scene"].as_str().unwrap().contains("stripes.png")
     });
     page.settle();
-    assert!(difference(&torus, &drawn(&page), 16) > 0.05, "no stripes");
+    assert!(difference(&torus, &shown(&page), 16) > 0.05, "no stripes");
 
     page.click("Export shaders");
     let shaders = page.downloaded("torus-view-shaders.zip");
@@ -156,6 +163,21 @@ fn without_webgpu_a_worker_draws() {
     std::thread::sleep(Duration::from_millis(300));
     page.settle();
     assert!(difference(&beveled, &page.look(), 16) > 0.05, "no stripes");
+    // Letters, and other words of each pixel.
+    page.run(
+        "const letters = document.getElementById('letters'); letters.value = 'Relievo';
+         letters.dispatchEvent(new Event('input', { bubbles: true }));",
+    );
+    std::thread::sleep(Duration::from_millis(300));
+    page.settle();
+    let letters = page.look();
+    page.run(
+        "const show = document.getElementById('show'); show.value = 'Surface class';
+         show.dispatchEvent(new Event('change', { bubbles: true }));",
+    );
+    std::thread::sleep(Duration::from_millis(300));
+    page.settle();
+    assert!(difference(&letters, &page.look(), 16) > 0.05, "no classes");
     page.run("document.getElementById('save-picture').click()");
     let png = page.downloaded("relievo.png");
     assert_eq!(

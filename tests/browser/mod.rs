@@ -14,7 +14,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// How long anything may take: software drivers on two cores beside other work.
@@ -108,18 +108,24 @@ fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
     stream.write_all(&body)
 }
 
+/// A browser takes a whole machine: one at a time.
+static TURN: Mutex<()> = Mutex::new(());
+
 /// The page in a browser of its own.
 pub struct Page {
     tab: Arc<Tab>,
     downloads: tempfile::TempDir,
     has_passed: bool,
-    // Closed last.
+    // Closed last, and then the next may begin.
     _browser: Browser,
+    _turn: MutexGuard<'static, ()>,
 }
 
 impl Page {
     /// Opens the page in `folder`, with this after its address.
     pub fn open(folder: &Path, query: &str) -> Page {
+        // A test that failed has left nothing behind.
+        let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let address = serve(folder);
         // A software adapter, and a page that is put together on it as well:
         // without the last three nothing of WebGPU reaches the page.
@@ -159,6 +165,7 @@ impl Page {
             downloads,
             has_passed: false,
             _browser: browser,
+            _turn: turn,
         }
     }
 
@@ -251,8 +258,15 @@ impl Page {
                 pointer_Type: None,
             })
             .expect("the mouse moves");
-        // Longer than a frame: what is pressed is what the last one showed.
-        std::thread::sleep(Duration::from_millis(250));
+        self.pass();
+    }
+
+    /// Waits until the page has seen what was done: it draws itself once between
+    /// two frames of the browser.
+    fn pass(&self) {
+        let script =
+            "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))";
+        self.tab.evaluate(script, true).expect("frames go on");
     }
 
     /// Drags from one place in a control to another.
@@ -331,6 +345,17 @@ impl Drop for Page {
         if !self.has_passed {
             let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
             let path = folder.join(format!("page-{}.png", std::process::id()));
+            // Nothing of WebGPU is on a screenshot: what the page tells is kept too.
+            let script = "JSON.stringify(window.relievo?.probe(), null, 1)";
+            if let Ok(told) = self.tab.evaluate(script, false)
+                && let Some(told) = told.value.as_ref().and_then(Value::as_str)
+                && std::fs::write(path.with_extension("json"), told).is_ok()
+            {
+                eprintln!(
+                    "what it told is in {}",
+                    path.with_extension("json").display()
+                );
+            }
             if let Ok(png) =
                 self.tab
                     .capture_screenshot(CaptureScreenshotFormatOption::Png, None, None, true)

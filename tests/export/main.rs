@@ -1,6 +1,7 @@
 //! What `relievo export` writes: read back, checked by the tools of each
 //! language, and drawn in programs that are not ours.
 
+mod bindings;
 mod cases;
 #[allow(dead_code, reason = "its other users need the rest")]
 #[path = "../desk.rs"]
@@ -416,4 +417,54 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_written() {
         1,
         "shape_map.png|reads|another folder",
     );
+}
+
+/// The smallest and the longest of what there is, as any other.
+#[test]
+fn one_triangle_with_one_texel_or_a_hundred_thousand_is_exported() {
+    let desk = Desk::new();
+    desk.write(
+        "mesh.obj",
+        "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 0 1\nf 1/1 2/2 3/3\n",
+    );
+    for (width, height) in [(1, 1), (100_000, 1), (1, 100_000)] {
+        desk.image("pattern.png", width, height, |x, y| {
+            if (x + y) % 7 == 0 { 0 } else { 255 }
+        });
+        desk.write(
+            "scene.toml",
+            "[[object]]\nmesh = 'mesh.obj'\nshape = 'pattern.png'\ndepth = 0.1\n",
+        );
+        desk.run("export scene.toml -o out --size 1x1").done();
+        let glb = fs::read(desk.path("out/mesh.glb")).unwrap();
+        let all = attributes(&glb);
+        assert_eq!(all["POSITION"].len(), 9);
+        assert!(all.values().flatten().all(|value| value.is_finite()));
+        let map = fs::read(desk.path("out/shape_map.png")).unwrap();
+        let map = ShapeMap::from_bytes(&map, Path::new("shape_map.png"), DEFAULT_MAX_PIXELS);
+        let map = map.unwrap();
+        assert_eq!([map.width(), map.height()], [width, height]);
+    }
+}
+
+/// A folder that cannot be written to is named, and nothing is left beside it.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_leaves_nothing_behind() {
+    let desk = desk();
+    // No file may be longer than a kilobyte.
+    let limited = |arguments: &str| {
+        let program = relievo_tests::program();
+        let shell = format!(
+            "ulimit -f 1; trap '' XFSZ; exec {} {arguments}",
+            program.display()
+        );
+        let mut run = assert_cmd::Command::new("bash");
+        Outcome::of(run.current_dir(desk.0.path()).args(["-c", &shell]))
+    };
+    let before = desk.listing();
+    let outcome = limited("export one.toml -o out --target wgsl");
+    assert_eq!(outcome.code, Some(1), "{}", outcome.stderr);
+    assert!(outcome.stderr.contains("out/"), "{}", outcome.stderr);
+    assert_eq!(desk.listing(), before, "{}", outcome.stderr);
 }

@@ -2,11 +2,13 @@
 
 use crate::archive::pack;
 use js_sys::{Array, Uint8Array};
+use relievo::export::ExportedFile;
 use relievo::viewer::platform::Platform;
 use relievo::viewer::probe::Probe;
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
+use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 
 /// Files are downloaded.
@@ -16,28 +18,18 @@ pub struct Browser {
 }
 
 impl Platform for Browser {
-    fn save(&mut self, files: &[(String, Vec<u8>)]) -> Result<String, String> {
-        let (name, bytes) = match files {
-            [] => return Err("there is nothing to save".to_string()),
-            [(name, bytes)] => (name.clone(), bytes.clone()),
-            [(first, _), ..] => {
-                let stem = first
-                    .rsplit_once('.')
-                    .map_or(first.as_str(), |(stem, _)| stem);
-                (format!("{stem}.zip"), pack(files)?)
-            }
-        };
-        download(&name, &bytes)
+    fn save_file(&mut self, name: &str, bytes: &[u8]) -> Result<String, String> {
+        download(name, bytes)
             .map_err(|error| format!("the browser does not download {name}: {error:?}"))?;
-        Ok(name)
+        Ok(name.to_string())
+    }
+
+    fn save_folder(&mut self, name: &str, files: &[ExportedFile]) -> Result<String, String> {
+        self.save_file(&format!("{name}.zip"), &pack(name, files)?)
     }
 
     fn folder(&self) -> &Path {
         Path::new("")
-    }
-
-    fn keeps_files(&self) -> bool {
-        true
     }
 
     fn listens(&self) -> bool {
@@ -55,12 +47,14 @@ fn download(name: &str, bytes: &[u8]) -> Result<(), JsValue> {
     let parts = Array::of1(&Uint8Array::from(bytes));
     let blob = web_sys::Blob::new_with_u8_array_sequence(&parts)?;
     let url = web_sys::Url::create_object_url_with_blob(&blob)?;
-    let document = web_sys::window()
-        .and_then(|window| window.document())
-        .ok_or("there is no page")?;
+    let window = web_sys::window().ok_or("there is no window")?;
+    let document = window.document().ok_or("there is no page")?;
     let anchor: web_sys::HtmlAnchorElement = document.create_element("a")?.dyn_into()?;
     anchor.set_href(&url);
     anchor.set_download(name);
     anchor.click();
-    web_sys::Url::revoke_object_url(&url)
+    // The browser may begin to read it a moment later.
+    let forget = Closure::once_into_js(move || web_sys::Url::revoke_object_url(&url));
+    window.set_timeout_with_callback_and_timeout_and_arguments_0(forget.unchecked_ref(), 60_000)?;
+    Ok(())
 }

@@ -1,13 +1,14 @@
 //! Pictures by the CPU, for a worker of a page without WebGPU.
 
 use crate::default;
-use relievo::Files;
 use relievo::prepare::{Assets, PreparedScene, prepare_with};
+use relievo::render::gpu::Content;
 use relievo::render::{CpuRenderer, Renderer};
-use relievo::scene::{Camera, Scene, Shape, Tier};
-use relievo::viewer::{display, orbit};
-use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use relievo::scene::{Camera, Lettering, Scene, Shape, Tier};
+use relievo::viewer::display::{self, Scale, Show};
+use relievo::viewer::dropped::adopt;
+use relievo::viewer::orbit;
+use std::path::Path;
 use wasm_bindgen::prelude::*;
 
 /// A scene in a worker.
@@ -17,7 +18,8 @@ pub struct CpuPage {
     assets: Assets,
     prepared: Option<PreparedScene>,
     camera: Option<Camera>,
-    files: u32,
+    show: Show,
+    files: u64,
 }
 
 #[wasm_bindgen]
@@ -35,6 +37,7 @@ impl CpuPage {
             scene,
             assets: Assets::default(),
             prepared: None,
+            show: Show::default(),
             files: 0,
         })
     }
@@ -48,10 +51,11 @@ impl CpuPage {
         match name {
             "depth" => object.depth = Some(value),
             "extension" => object.extrusion.extension = value,
-            "bevel" => {
-                object.extrusion.bevel = value;
-                object.extrusion.chamfer = 1.0;
-            }
+            "bevel" => object.extrusion.bevel = value,
+            "chamfer" => object.extrusion.chamfer = value,
+            "cut-out" => object.cut_out = value > 0.0,
+            "invert" => object.invert = value > 0.0,
+            "shadows" => object.self_shadow = value > 0.0,
             "repeat-u" => object.repeat[0] = value,
             "repeat-v" => object.repeat[1] = value,
             "accurate" => {
@@ -60,7 +64,7 @@ impl CpuPage {
                 } else {
                     Tier::Fast
                 };
-                (object.steps, object.bisections) = object.tier.default_effort();
+                object.tidy();
             }
             _ => return Err(format!("there is no parameter {name:?}").into()),
         }
@@ -77,21 +81,31 @@ impl CpuPage {
         }
     }
 
+    /// Shows pixels as the viewer does under this name.
+    ///
+    /// # Errors
+    /// That there is no such view, as a text.
+    pub fn show(&mut self, name: &str) -> Result<(), JsValue> {
+        let found = Show::ALL.into_iter().find(|show| show.name() == name);
+        self.show = found.ok_or_else(|| format!("there is no view {name:?}"))?;
+        Ok(())
+    }
+
+    /// Makes letters the pattern.
+    pub fn letter(&mut self, text: &str) {
+        self.scene.objects[0].shape = Shape::Text(Lettering {
+            text: text.to_string(),
+            font: None,
+            margin: Lettering::DEFAULT_MARGIN,
+        });
+        self.prepared = None;
+    }
+
     /// Makes a file the mesh or the pattern, by its ending.
     pub fn adopt(&mut self, name: &str, bytes: Vec<u8>) {
         self.files += 1;
-        let path = PathBuf::from(format!("dropped-{}/{name}", self.files));
-        let object = &mut self.scene.objects[0];
-        if let Files::Memory(files) = &mut self.scene.files {
-            Arc::make_mut(files).insert(path.clone(), bytes.into());
-        }
-        let ending = path.extension().unwrap_or_default().to_string_lossy();
-        if ["obj", "gltf", "glb"].contains(&ending.to_lowercase().as_str()) {
-            object.mesh = path;
-            object.depth = None;
-            (self.scene.camera, self.camera) = (None, None);
-        } else {
-            (object.shape, object.raster) = (Shape::File(path), None);
+        if adopt(&mut self.scene, 0, Path::new(name), bytes, self.files) {
+            self.camera = None;
         }
         self.prepared = None;
     }
@@ -111,10 +125,16 @@ impl CpuPage {
         };
         let camera = *self.camera.get_or_insert(prepared.camera);
         let frame = prepared.frame_from(&self.scene, &camera, [width, height]);
-        let words = CpuRenderer::new(prepared)
-            .color(&frame)
-            .map_err(|error| error.to_string())?;
-        Ok(display::color_bytes(&words))
+        let mut renderer = CpuRenderer::new(prepared);
+        let pixels = match self.show.content() {
+            Content::Color => renderer
+                .color(&frame)
+                .map(|words| display::color_bytes(&words)),
+            Content::Geometry => renderer.geometry(&frame).map(|words| {
+                display::geometry_bytes(self.show, &words, &Scale::of(prepared, &camera))
+            }),
+        };
+        Ok(pixels.map_err(|error| error.to_string())?)
     }
 
     /// The scene as a file.

@@ -31,7 +31,8 @@ async function withGpu() {
 }
 
 function withCpu() {
-  notice.textContent = "This browser has no WebGPU: pictures are drawn by the CPU, and slowly.";
+  const reason = "This browser has no WebGPU: pictures are drawn by the CPU, and slowly.";
+  notice.textContent = reason;
   document.getElementById("fallback").hidden = false;
   const worker = new Worker("worker.js", { type: "module" });
   const canvas = document.getElementById("picture");
@@ -58,12 +59,14 @@ function withCpu() {
   };
   worker.onerror = (event) => fail(event.message);
   worker.onmessage = async ({ data }) => {
+    if (data.scene !== undefined) return download("relievo.toml", new Blob([data.scene]));
     busy = false;
     if (data.ready) return send();
-    if (data.scene !== undefined) return download("relievo.toml", new Blob([data.scene]));
+    state.message = data.error ?? "";
+    notice.textContent = data.error ?? reason;
     if (data.error) {
-      state.message = data.error;
-      notice.textContent = data.error;
+      // What is shown stays; the next change may be better.
+      if (wanted.length) send();
       return;
     }
     const [width, height] = data.size;
@@ -75,10 +78,22 @@ function withCpu() {
     else if (data.coarse) setTimeout(() => wanted.length || send(false), Math.max(0, 150 - (performance.now() - moved)));
     else state.settled = true;
   };
+  document.getElementById("controls").addEventListener("submit", (event) => event.preventDefault());
   for (const input of document.querySelectorAll("#controls input[name]")) {
+    if (input.type === "range") {
+      const output = document.createElement("output");
+      const tell = () => (output.textContent = input.value);
+      input.after(output);
+      input.addEventListener("input", tell);
+      tell();
+    }
     input.addEventListener("input", () =>
       ask({ set: [input.name, input.type === "checkbox" ? Number(input.checked) : Number(input.value)] }));
   }
+  document.getElementById("show").addEventListener("change", (event) => ask({ show: event.target.value }));
+  document.getElementById("letters").addEventListener("input", (event) => {
+    if (event.target.value.trim()) ask({ letters: event.target.value });
+  });
   const adopt = async (file) => ask({ adopt: [file.name, new Uint8Array(await file.arrayBuffer())] });
   document.getElementById("file").addEventListener("change", (event) => [...event.target.files].forEach(adopt));
   document.addEventListener("dragover", (event) => event.preventDefault());
@@ -117,7 +132,8 @@ function download(name, blob) {
   anchor.href = URL.createObjectURL(blob);
   anchor.download = name;
   anchor.click();
-  URL.revokeObjectURL(anchor.href);
+  // The browser may begin to read it a moment later.
+  setTimeout(() => URL.revokeObjectURL(anchor.href), 60_000);
 }
 
 try {

@@ -10,6 +10,8 @@ onmessage = ({ data }) => {
   try {
     for (const order of data.orders) {
       if (order.set) page.set(...order.set);
+      if (order.show) page.show(order.show);
+      if (order.letters) page.letter(order.letters);
       if (order.turn) page.turn(...order.turn);
       if (order.adopt) page.adopt(...order.adopt);
     }

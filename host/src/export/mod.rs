@@ -14,6 +14,7 @@ use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::RenderError;
 use crate::render::gpu::{EntryPoints, Extent, Shaders, facet_bytes};
 use crate::shape_map::Storage;
+use relievo_bitwise::Module;
 use shader::{Stage, spirv_bytes, translate};
 use std::fmt;
 
@@ -189,6 +190,24 @@ pub enum ExportError {
     Render(#[from] RenderError),
 }
 
+/// The shaders that exports are made of.
+struct Sources {
+    /// What every language can say.
+    portable: Module,
+    /// What our renderer gives to Vulkan, word for word: the SPIR-V of words.
+    untouched: Option<Module>,
+}
+
+impl Sources {
+    fn of(options: &Options) -> Result<Sources, RenderError> {
+        let is_ours = options.output == Output::Words && options.targets.contains(&Target::Spirv);
+        Ok(Sources {
+            portable: Shaders::Portable.module()?,
+            untouched: is_ours.then(|| Shaders::Fast.module()).transpose()?,
+        })
+    }
+}
+
 /// A shader among the files.
 struct ShaderFile {
     file: String,
@@ -220,14 +239,15 @@ pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFi
             known: known.join(", "),
         });
     }
+    let sources = Sources::of(options)?;
     if let [object] = objects.as_slice() {
-        return export_object(scene, object, options);
+        return export_object(scene, object, options, &sources);
     }
     let mut files = Vec::new();
     let mut folders = Vec::new();
     for object in objects {
         let folder = folder_name(object);
-        for file in export_object(scene, object, options)? {
+        for file in export_object(scene, object, options, &sources)? {
             files.push(ExportedFile {
                 name: format!("{folder}/{}", file.name),
                 ..file
@@ -267,6 +287,7 @@ fn export_object(
     scene: &PreparedScene,
     object: &PreparedObject,
     options: &Options,
+    sources: &Sources,
 ) -> Result<Vec<ExportedFile>, ExportError> {
     let entry_points = EntryPoints::of(&object.parameters, Extent::Needed);
     let mut files = Vec::new();
@@ -276,7 +297,8 @@ fn export_object(
     targets.dedup();
     for target in targets {
         for stage in [Stage::Vertex, Stage::Fragment] {
-            let shader = write_shader(object, entry_points, stage, options.output, target)?;
+            let shader =
+                write_shader(object, entry_points, stage, options.output, target, sources)?;
             let file = target.file(stage);
             files.push(ExportedFile {
                 name: file.clone(),
@@ -342,6 +364,7 @@ fn write_shader(
     stage: Stage,
     output: Output,
     target: Target,
+    sources: &Sources,
 ) -> Result<shader::Written, ExportError> {
     let name = match stage {
         Stage::Vertex => entry_points.vertex,
@@ -355,16 +378,17 @@ fn write_shader(
     };
     let missing = || failed("it is not built in".to_string());
     // Checked in every case: it is the same source.
-    let portable = Shaders::Portable.module()?;
-    let words = portable.spirv(name).ok_or_else(missing)?;
+    let words = sources.portable.spirv(name).ok_or_else(missing)?;
     let bindings = layout::bindings(entry_points.facets);
     let structs = layout::structs(entry_points.facets);
     let written = translate(&words, stage, &bindings, &structs, output, target).map_err(failed)?;
-    if (target, output) != (Target::Spirv, Output::Words) {
+    let Some(untouched) = sources
+        .untouched
+        .as_ref()
+        .filter(|_| target == Target::Spirv)
+    else {
         return Ok(written);
-    }
-    // What our renderer gives to Vulkan, word for word.
-    let untouched = Shaders::Fast.module()?;
+    };
     let words = untouched.spirv(name).ok_or_else(missing)?;
     Ok(shader::Written {
         bytes: spirv_bytes(&words),

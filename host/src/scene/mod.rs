@@ -337,6 +337,29 @@ impl SceneObject {
         std::iter::once(self.mesh.as_path()).chain(self.shape.file())
     }
 
+    /// Gives parameters that its tier or search has no meaning for, and its
+    /// effort, the values that a scene file without them has: after another tier
+    /// or search was chosen.
+    pub fn tidy(&mut self) {
+        let is_relief = self.search == Search::Relief;
+        if is_relief {
+            self.tier = Tier::Fast;
+            self.budget = None;
+        }
+        if self.tier != Tier::Accurate {
+            self.clamp_depth = false;
+            self.tolerance = DEFAULT_TOLERANCE;
+        }
+        if self.tier == Tier::Paper || is_relief {
+            self.slack = 0.0;
+        }
+        if self.tier == Tier::Paper {
+            self.extrusion.extension = self.extrusion.extension.max(0.0);
+        }
+        let effort = if is_relief { Tier::Paper } else { self.tier };
+        (self.steps, self.bisections) = effort.default_effort();
+    }
+
     /// The number of the search in the shared layouts.
     pub fn search_code(&self) -> u32 {
         use relievo_shared::layout::{

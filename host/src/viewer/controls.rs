@@ -4,8 +4,8 @@ use super::probe::Collector;
 use crate::mesh::Projection;
 use crate::prepare::PreparedScene;
 use crate::scene::{
-    Color, DEFAULT_TOLERANCE, LARGEST_BUDGET, LARGEST_STEPS, LEAST_BUDGET, Lettering, Scene,
-    SceneObject, Search, Shape, Tier,
+    Color, LARGEST_BUDGET, LARGEST_STEPS, LEAST_BUDGET, Lettering, Scene, SceneObject, Search,
+    Shape, Tier,
 };
 use crate::shape_map::{DEFAULT_RASTER, SMALLEST_RASTER, Storage};
 use eframe::egui::{self, Response, Ui};
@@ -281,14 +281,14 @@ impl<'a> Controls<'a> {
             (Search::Relief, "relief mapping"),
         ];
         if self.choice("Search", &mut object.search, searches) {
-            tidy(object);
+            object.tidy();
         }
         let is_ours = object.search == Search::Extrusion;
         let mut has_budget = object.budget.is_some();
         if is_ours && self.flag("Find the cheapest for an error", &mut has_budget) {
             object.budget = has_budget.then_some(0.5);
             object.tier = Tier::Fast;
-            tidy(object);
+            object.tidy();
         }
         if let Some(budget) = &mut object.budget {
             self.magnitude("Error", " px", budget, LEAST_BUDGET..=LARGEST_BUDGET);
@@ -297,7 +297,7 @@ impl<'a> Controls<'a> {
         if is_ours {
             let tiers = Tier::ALL.into_iter().map(|tier| (tier, tier.name()));
             if self.choice("Tier", &mut object.tier, tiers) {
-                tidy(object);
+                object.tidy();
             }
         }
         if object.tier == Tier::Accurate {
@@ -346,28 +346,4 @@ fn is_drawn(shape: &Shape) -> bool {
         Shape::Text(_) => true,
         Shape::File(path) => ending(path) == "svg",
     }
-}
-
-/// Gives parameters that another tier or search has no meaning for the values
-/// that a scene file without them has.
-pub fn tidy(object: &mut SceneObject) {
-    if object.search == Search::Relief {
-        object.tier = Tier::Fast;
-        object.budget = None;
-    }
-    if object.tier != Tier::Accurate {
-        object.clamp_depth = false;
-        object.tolerance = DEFAULT_TOLERANCE;
-    }
-    if object.tier == Tier::Paper || object.search == Search::Relief {
-        object.slack = 0.0;
-    }
-    if object.tier == Tier::Paper {
-        object.extrusion.extension = object.extrusion.extension.max(0.0);
-    }
-    (object.steps, object.bisections) = if object.search == Search::Relief {
-        Tier::Paper.default_effort()
-    } else {
-        object.tier.default_effort()
-    };
 }

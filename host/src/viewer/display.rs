@@ -3,8 +3,11 @@
 //! `present.wgsl` says the same on a GPU; a test compares the two.
 
 use crate::picture::srgb;
+use crate::prepare::PreparedScene;
 use crate::render::gpu::Content;
 use crate::render::{ColorWords, GeometryWords};
+use crate::scene::Camera;
+use glam::DVec3;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 
 /// What the viewer shows of each pixel.
@@ -67,12 +70,29 @@ impl Show {
 }
 
 /// Ranges that a picture is scaled by.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Scale {
     /// The distance that is white and the one that is black, world units.
     pub distances: [f32; 2],
     /// As many steps as the brightest colour stands for.
     pub steps: f32,
+}
+
+impl Scale {
+    /// The most steps that colours tell apart.
+    const MOST_STEPS: u32 = 64;
+
+    /// For pictures of `scene` from `camera`.
+    pub fn of(scene: &PreparedScene, camera: &Camera) -> Scale {
+        let distance = DVec3::from(camera.eye).distance(scene.bounds.centre());
+        let half = 0.5 * scene.bounds.diagonal();
+        let objects = scene.objects.iter();
+        let steps = objects.map(|object| object.parameters.linear_steps).max();
+        Scale {
+            distances: [(distance - half).max(0.0) as f32, (distance + half) as f32],
+            steps: steps.unwrap_or(Self::MOST_STEPS).min(Self::MOST_STEPS) as f32,
+        }
+    }
 }
 
 /// sRGB, 0…1, of a pixel of a picture of colours.

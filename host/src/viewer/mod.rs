@@ -8,12 +8,15 @@
 //! governor   how long that took → how large the next picture in motion is
 //! display    what of the words the screen shows
 //! judge      prepared, camera   → how wrong it is
+//! dropped    files of a person  → the scene
+//! saving     scene, screen      → files
 //! platform   desktop or browser: where files go
 //! probe      what is on the window, as data
 //! ```
 
 mod controls;
 pub mod display;
+pub mod dropped;
 mod governor;
 mod judge;
 #[cfg(not(target_arch = "wasm32"))]
@@ -21,18 +24,19 @@ pub mod native;
 pub mod orbit;
 pub mod platform;
 pub mod probe;
+mod saving;
 pub mod stage;
 #[cfg(target_arch = "wasm32")]
 pub mod web;
 mod wireframe;
 mod workshop;
 
-use crate::Files;
-use crate::export::{Options, export};
-use crate::prepare::{PreparedScene, finer};
-use crate::scene::{Camera, Scene, Shape, Tier};
-use controls::{Controls, tidy};
+use crate::prepare::PreparedScene;
+use crate::scene::{Camera, Scene, Tier};
+use controls::Controls;
 use display::{Scale, Show};
+use dropped::Arrived;
+use eframe::egui::emath::GuiRounding as _;
 use eframe::egui::{self, Key, Modifiers, Rect, Sense, ThemePreference, Ui, Vec2, vec2};
 use eframe::egui_wgpu;
 use governor::Governor;
@@ -41,8 +45,8 @@ use platform::Platform;
 use probe::{Collector, Probe};
 use relievo_bitwise::Device;
 use relievo_shared::layout::Frame;
+use saving::Shot;
 use stage::{Look, Stage};
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 use web_time::Instant;
@@ -90,16 +94,14 @@ pub struct Viewer {
 
     message: String,
     is_wrong: bool,
+    /// A picture for a file is being drawn.
     is_saving: bool,
-    dropped: Dropped,
+    shot: Shot,
+    dropped: Arrived,
     started: Instant,
     probe: Probe,
     told: Probe,
 }
-
-/// Files that were dropped on the window, and their bytes where they are on no
-/// disk.
-type Dropped = Arc<std::sync::Mutex<Vec<(PathBuf, Result<Vec<u8>, String>)>>>;
 
 /// All that a picture on the screen follows from.
 #[derive(Clone, Debug, PartialEq)]
@@ -160,7 +162,8 @@ impl Viewer {
             message: "Preparing the scene …".to_string(),
             is_wrong: false,
             is_saving: false,
-            dropped: Arc::default(),
+            shot: Shot::default(),
+            dropped: Arrived::default(),
             started,
             probe: Probe::default(),
             told: Probe::default(),
@@ -179,7 +182,7 @@ impl Viewer {
             for object in &mut other.objects {
                 object.budget = None;
                 object.tier = tier;
-                tidy(object);
+                object.tidy();
             }
             scenes.push(other);
         }
@@ -280,21 +283,11 @@ impl Viewer {
 
     /// How pictures from `camera` are shown.
     fn look(&self, camera: &Camera) -> Look {
-        let bounds = self.prepared.first().map(|scene| scene.bounds);
-        let [near, far] = bounds.map_or([0.0, 1.0], |bounds| {
-            let eye = glam::DVec3::from(camera.eye);
-            let distance = eye.distance(bounds.centre());
-            let half = 0.5 * bounds.diagonal();
-            [(distance - half).max(0.0) as f32, (distance + half) as f32]
-        });
-        let steps = self.scene.objects.iter().map(|object| object.steps).max();
+        let first = self.prepared.first();
         Look {
             show: self.show,
             split: self.split,
-            scale: Scale {
-                distances: [near, far],
-                steps: steps.unwrap_or(96).min(64) as f32,
-            },
+            scale: first.map_or_else(Scale::default, |scene| Scale::of(scene, camera)),
         }
     }
 
@@ -374,167 +367,19 @@ impl Viewer {
             })
     }
 
-    /// The scene as it would be saved, with the camera of the screen.
-    fn saved_scene(&self) -> Scene {
-        Scene {
-            camera: self.camera,
-            ..self.scene.clone()
-        }
-    }
-
-    fn save_scene(&mut self) {
-        let scene = self.saved_scene();
-        let mut files = vec![(
-            format!("{}.toml", self.name),
-            scene.to_toml(self.platform.folder()).into_bytes(),
-        )];
-        if self.platform.keeps_files()
-            && let Files::Memory(all) = &scene.files
-        {
-            let named = scene.objects.iter().flat_map(|object| object.files());
-            for path in named {
-                let name = crate::files::normal(path);
-                if let Some(bytes) = all.get(&name) {
-                    files.push((name.to_string_lossy().into_owned(), bytes.to_vec()));
-                }
-            }
-        }
-        match self.platform.save(&files) {
-            Ok(place) => self.say(format!("Saved {place}")),
-            Err(problem) => self.complain(problem),
-        }
-    }
-
-    /// Saves the shaders of the scene, and all that they read.
-    fn export(&mut self) {
-        let Some(first) = self.prepared.first() else {
-            return;
-        };
-        let folder = format!("{}-shaders", self.name);
-        let saved = export(first, &Options::default())
-            .map_err(|error| error.to_string())
-            .and_then(|files| {
-                let named = files
-                    .into_iter()
-                    .map(|file| (format!("{folder}/{}", file.name), file.bytes));
-                self.platform.save(&named.collect::<Vec<_>>())
-            });
-        match saved {
-            Ok(_) => self.say(format!("Saved {folder}")),
-            Err(problem) => self.complain(problem),
-        }
-    }
-
-    /// Begins to draw the picture as `render` would.
-    fn save_picture(&mut self) {
-        let Some(camera) = self.camera.filter(|_| self.ordered == self.shown) else {
-            return;
-        };
-        let factor = self.scene.supersampling;
-        let frames = self.frames(&camera, self.scene.size);
-        let Some(frame) = frames.first() else { return };
-        match self.stage.save(&finer(frame, factor), factor) {
-            Ok(()) => self.is_saving = true,
-            Err(error) => self.complain(error.to_string()),
-        }
-        // The scene on the device has another camera now.
-        self.drawn = None;
-    }
-
-    fn finish_picture(&mut self) {
-        if !self.is_saving {
-            return;
-        }
-        let Some(picture) = self.stage.saved() else {
-            return;
-        };
-        self.is_saving = false;
-        let text = self.saved_scene().to_toml(self.platform.folder());
-        let software = concat!("relievo ", env!("CARGO_PKG_VERSION"));
-        let comments = [("Software", software), ("relievo-scene", text.as_str())];
-        let saved = picture
-            .map_err(crate::Error::from)
-            .and_then(|picture| picture.png(&comments))
-            .map_err(|error| error.to_string())
-            .and_then(|png| self.platform.save(&[(format!("{}.png", self.name), png)]));
-        match saved {
-            Ok(place) => self.say(format!("Saved {place}")),
-            Err(problem) => self.complain(problem),
-        }
-    }
-
-    /// Reads what was dropped on the window; it arrives in [`Viewer::adopt`].
-    fn read_dropped(&self, context: &egui::Context) {
-        let files = context.input_mut(|input| std::mem::take(&mut input.raw.dropped_files));
-        for file in files {
-            let dropped = self.dropped.clone();
-            let arrived = move |path: PathBuf, bytes| {
-                let mut dropped = dropped.lock().unwrap_or_else(|lock| lock.into_inner());
-                dropped.push((path, bytes));
-            };
-            #[cfg(not(target_arch = "wasm32"))]
-            arrived(file.path().to_path_buf(), Ok(Vec::new()));
-            #[cfg(target_arch = "wasm32")]
-            {
-                let context = context.clone();
-                wasm_bindgen_futures::spawn_local(async move {
-                    let bytes = file.bytes_async().await;
-                    arrived(file.path().to_path_buf(), bytes);
-                    context.request_repaint();
-                });
-            }
-        }
-    }
-
-    /// Makes dropped files the mesh or the pattern of the selected object.
-    fn adopt(&mut self) {
-        let dropped =
-            std::mem::take(&mut *self.dropped.lock().unwrap_or_else(|lock| lock.into_inner()));
-        for (path, bytes) in dropped {
-            match bytes {
-                Ok(bytes) => self.take_file(&path, bytes),
-                Err(problem) => self.complain(format!("cannot read {}: {problem}", path.display())),
-            }
-        }
-    }
-
-    /// Uses a file by its ending; `bytes` are those of a file that is on no disk.
-    fn take_file(&mut self, path: &Path, bytes: Vec<u8>) {
-        let Some(object) = self.scene.objects.get_mut(self.selected) else {
-            return;
-        };
-        let ending = path.extension().unwrap_or_default().to_string_lossy();
-        let is_mesh = ["obj", "gltf", "glb"].contains(&ending.to_lowercase().as_str());
-        let mut name = path.to_path_buf();
-        match &mut self.scene.files {
-            Files::Memory(files) => {
-                // A name of its own: what has been read is known by its name.
-                let folder = PathBuf::from(format!("dropped-{}", self.ordered + 1));
-                name = folder.join(path.file_name().unwrap_or_default());
-                Arc::make_mut(files).insert(name.clone(), bytes.into());
-            }
-            // Who drops a file allows it to be read.
-            files => *files = Files::Disk,
-        }
-        if is_mesh {
-            object.mesh = name;
-            // Of another size, and seen from elsewhere.
-            (object.depth, self.camera) = (None, None);
-        } else {
-            (object.shape, object.raster) = (Shape::File(name), None);
-        }
-        self.order(false);
-    }
-
     fn keys(&mut self, ui: &Ui, on_picture: bool) {
-        let pressed = |key| ui.input_mut(|input| input.consume_key(Modifiers::COMMAND, key));
-        if pressed(Key::S) {
+        let pressed = |modifiers, key| ui.input_mut(|input| input.consume_key(modifiers, key));
+        if pressed(Modifiers::COMMAND, Key::S) {
             self.save_scene();
         }
-        if pressed(Key::P) {
+        // Before the shorter one, which takes it as well.
+        if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::P) {
+            self.save_shown();
+        }
+        if pressed(Modifiers::COMMAND, Key::P) {
             self.save_picture();
         }
-        if ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::F5)) {
+        if pressed(Modifiers::NONE, Key::F5) {
             self.order(true);
         }
         let Some(camera) = self.camera.filter(|_| on_picture) else {
@@ -605,8 +450,11 @@ impl Viewer {
         let scale = (space.width() / width)
             .min(space.height() / height)
             .max(0.0);
-        let rectangle =
-            Rect::from_center_size(space.center(), scale * vec2(width, height)).intersect(space);
+        // Whole pixels: what is drawn is shown as it is.
+        let pixels_per_point = ui.ctx().pixels_per_point();
+        let rectangle = Rect::from_center_size(space.center(), scale * vec2(width, height))
+            .intersect(space)
+            .round_to_pixels(pixels_per_point);
         let response = ui.interact(
             rectangle,
             ui.scope_id().with("picture"),
@@ -639,7 +487,7 @@ impl Viewer {
         self.point(ui, &response, rectangle.height());
         self.keys(ui, response.has_focus());
 
-        let points = rectangle.size() * ui.ctx().pixels_per_point();
+        let points = rectangle.size() * pixels_per_point;
         let full = [points.x, points.y].map(|side| side.round().clamp(1.0, LARGEST_SCREEN) as u32);
         self.draw(full);
         self.judge(full);
@@ -658,9 +506,11 @@ impl Viewer {
         }
         if response.has_focus() {
             let stroke = ui.visuals().selection.stroke;
-            painter.rect_stroke(rectangle, 0.0, stroke, egui::StrokeKind::Inside);
+            ui.painter()
+                .rect_stroke(rectangle, 0.0, stroke, egui::StrokeKind::Outside);
         }
         self.probe.settled = self.is_settled(full) && !self.is_busy();
+        self.take_shot(ui.ctx(), rectangle);
         if !self.probe.settled {
             ui.ctx().request_repaint_after(Duration::from_millis(10));
         }
@@ -803,6 +653,9 @@ impl Viewer {
         if controls.button("Save picture (Ctrl P)") {
             self.save_picture();
         }
+        if controls.button("Save what is shown (Ctrl Shift P)") {
+            self.save_shown();
+        }
         if controls.button("Save scene (Ctrl S)") {
             self.save_scene();
         }
@@ -863,9 +716,10 @@ impl eframe::App for Viewer {
         let context = ui.ctx().clone();
         let collector = Collector::default();
         self.read_dropped(&context);
-        self.adopt();
+        self.use_dropped();
         self.receive(&context);
         self.finish_picture();
+        self.finish_shot(&context);
         egui::Panel::bottom("status").show(ui, |ui| self.status(ui, &collector));
         egui::Panel::right("controls")
             .default_size(340.0)

@@ -4,7 +4,8 @@ use super::Viewer;
 use super::platform::Platform;
 use super::probe::Probe;
 use crate::Error;
-use crate::file::write_bytes;
+use crate::export::ExportedFile;
+use crate::file::{write_bytes, write_folder};
 use crate::render::RenderError;
 use crate::scene::Scene;
 use eframe::egui::{self, vec2};
@@ -124,22 +125,23 @@ struct Desktop {
 }
 
 impl Platform for Desktop {
-    fn save(&mut self, files: &[(String, Vec<u8>)]) -> Result<String, String> {
-        let mut places = Vec::new();
-        for (name, bytes) in files {
-            let path = self.folder.join(name);
-            write_bytes(&path, bytes).map_err(|error| error.to_string())?;
-            places.push(path.display().to_string());
-        }
-        Ok(places.join(", "))
+    fn save_file(&mut self, name: &str, bytes: &[u8]) -> Result<String, String> {
+        let path = self.folder.join(name);
+        write_bytes(&path, bytes).map_err(|error| error.to_string())?;
+        Ok(path.display().to_string())
+    }
+
+    fn save_folder(&mut self, name: &str, files: &[ExportedFile]) -> Result<String, String> {
+        let folder = self.folder.join(name);
+        let contents = files
+            .iter()
+            .map(|file| (file.name.as_str(), file.bytes.as_slice()));
+        write_folder(&folder, contents).map_err(|error| error.to_string())?;
+        Ok(folder.display().to_string())
     }
 
     fn folder(&self) -> &Path {
         &self.folder
-    }
-
-    fn keeps_files(&self) -> bool {
-        false
     }
 
     fn listens(&self) -> bool {

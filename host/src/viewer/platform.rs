@@ -1,22 +1,25 @@
 //! What the desktop and the browser do differently.
 
 use super::probe::Probe;
+use crate::export::ExportedFile;
 use std::path::Path;
 
 /// Where the viewer runs.
 pub trait Platform {
-    /// Keeps files under their names, all or none, and says where they are.
+    /// Keeps a file, and says where it is.
     ///
     /// # Errors
     /// What stands against it, for a person.
-    fn save(&mut self, files: &[(String, Vec<u8>)]) -> Result<String, String>;
+    fn save_file(&mut self, name: &str, bytes: &[u8]) -> Result<String, String>;
+
+    /// Keeps files in a folder of this name, all or none, and says where it is.
+    ///
+    /// # Errors
+    /// What stands against it, for a person.
+    fn save_folder(&mut self, name: &str, files: &[ExportedFile]) -> Result<String, String>;
 
     /// The folder that saved scenes lie in; their paths are relative to it.
     fn folder(&self) -> &Path;
-
-    /// Whether the files that a scene names are saved with it: there is no disk
-    /// from which they could be read again.
-    fn keeps_files(&self) -> bool;
 
     /// Whether somebody wants to be told of changes.
     fn listens(&self) -> bool;

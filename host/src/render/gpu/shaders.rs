@@ -7,7 +7,6 @@ use relievo_kernel::canary::{self, MEANINGS};
 use relievo_kernel::{Kernel, for_each_canary, table};
 use relievo_shared::Vec3;
 use relievo_shared::facts::{CODES, CURVED, PLANAR, UPRIGHT, facts};
-use relievo_shared::for_each_kernel;
 use relievo_shared::layout::{
     Object, PlanarTriangle, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Shell,
     Triangle,
@@ -75,7 +74,7 @@ type Files = &'static [&'static [u8]];
 static EXACT: Files = for_each_special!(renderer "relievo_exact":);
 static FAST: Files = for_each_special!(renderer "relievo_fast":);
 #[cfg(not(target_arch = "wasm32"))]
-static KERNELS: (Files, Files) = for_each_kernel!(kernel_files);
+static KERNELS: (Files, Files) = relievo_shared::for_each_kernel!(kernel_files);
 #[cfg(not(target_arch = "wasm32"))]
 static CANARY_KERNELS: (Files, Files) = for_each_canary!(kernel_files);
 
