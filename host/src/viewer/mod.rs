@@ -5,6 +5,7 @@
 //! orbit      pointer and keys   → the camera
 //! workshop   the scene          → prepared, beside the window
 //! stage      prepared, camera   → words → the screen, by the window's own device
+//! watch      the device is done → the window looks again
 //! governor   how long that took → how large the next picture in motion is
 //! display    what of the words the screen shows
 //! judge      prepared, camera   → how wrong it is
@@ -26,6 +27,7 @@ pub mod platform;
 pub mod probe;
 mod saving;
 pub mod stage;
+pub mod watch;
 #[cfg(target_arch = "wasm32")]
 pub mod web;
 mod wireframe;
@@ -49,12 +51,15 @@ use saving::Shot;
 use stage::{Look, Stage};
 use std::sync::Arc;
 use std::time::Duration;
+use watch::Wake;
 use web_time::Instant;
 use wireframe::Wireframe;
 use workshop::{Delivery, Order, Workshop};
 
 /// How long after the last change the picture is drawn at full resolution.
 const REST: Duration = Duration::from_millis(150);
+/// When to ask for what should have been told.
+const PATIENCE: Duration = Duration::from_millis(250);
 /// The longest side of a picture on the screen, pixels.
 const LARGEST_SCREEN: f32 = 4096.0;
 /// Radians that an arrow key turns the camera by, and shares of the picture
@@ -131,8 +136,9 @@ impl Viewer {
         })?;
         let device = Device::shared(&state.adapter, state.device.clone(), state.queue.clone())
             .map_err(crate::render::RenderError::from)?;
-        let stage = Stage::new(device)?;
         let egui = context.egui_ctx.clone();
+        let wake: Wake = Arc::new(move || egui.request_repaint());
+        let stage = Stage::new(device, wake.clone())?;
         let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy();
         let mut viewer = Viewer {
             name: format!("{stem}-view"),
@@ -145,7 +151,7 @@ impl Viewer {
             show: Show::Color,
             has_wireframe: false,
             is_judged: false,
-            workshop: Workshop::new(move || egui.request_repaint()),
+            workshop: Workshop::new(wake),
             ordered: 0,
             shown: 0,
             prepared: Vec::new(),
@@ -512,7 +518,10 @@ impl Viewer {
         self.probe.settled = self.is_settled(full) && !self.is_busy();
         self.take_shot(ui.ctx(), rectangle);
         if !self.probe.settled {
-            ui.ctx().request_repaint_after(Duration::from_millis(10));
+            // The workshop and the device tell when they are done.
+            let rest = REST.saturating_sub(self.moved.elapsed());
+            let next = if rest.is_zero() { PATIENCE } else { rest };
+            ui.ctx().request_repaint_after(next);
         }
     }
 

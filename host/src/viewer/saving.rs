@@ -1,6 +1,6 @@
 //! What the viewer saves: pictures, the scene, its shaders.
 
-use super::Viewer;
+use super::{PATIENCE, Viewer};
 use crate::Files;
 use crate::export::{ExportedFile, Options, export};
 use crate::picture::Picture;
@@ -8,7 +8,6 @@ use crate::prepare::finer;
 use crate::scene::Scene;
 use eframe::egui::{self, ColorImage, Rect};
 use std::sync::{Arc, OnceLock};
-use std::time::Duration;
 
 /// A picture of the screen, for a file.
 #[derive(Default)]
@@ -134,9 +133,11 @@ impl Viewer {
         let part = [pixels.left(), pixels.top(), pixels.width(), pixels.height()];
         let image = Arc::new(OnceLock::new());
         self.shot = Shot::Taken(part.map(|side| side.round() as usize), image.clone());
+        let waker = context.clone();
         context.request_screenshot(move |whole| {
             // It is told once.
             let _ = image.set(whole);
+            waker.request_repaint();
         });
         context.request_repaint();
     }
@@ -147,8 +148,8 @@ impl Viewer {
             return;
         };
         let Some(whole) = image.get() else {
-            // Devices and browsers tell of it while they are given work.
-            context.request_repaint_after(Duration::from_millis(10));
+            // Devices tell of it while they are given work.
+            context.request_repaint_after(PATIENCE);
             return;
         };
         let picture = cut(whole, *part);

@@ -1,6 +1,7 @@
 //! Draws scenes on the window's own device, without waiting for it.
 
 use super::display::{Scale, Show};
+use super::watch::{Wake, Watch};
 use crate::picture::Picture;
 use crate::prepare::PreparedScene;
 use crate::render::gpu::{
@@ -39,6 +40,8 @@ pub struct Stage {
     running: Option<Running>,
     last: Option<([u32; 2], Duration)>,
     saving: Option<Saving>,
+    watch: Watch,
+    wake: Wake,
 }
 
 struct Pane {
@@ -69,10 +72,11 @@ struct Saving {
 
 impl Stage {
     /// On `device`, with the shaders that a picture in a file is drawn with.
+    /// `wake` is called when the device has done something.
     ///
     /// # Errors
     /// [`RenderError`] where the device fails at its shaders.
-    pub fn new(device: Device) -> Result<Stage, RenderError> {
+    pub fn new(device: Device, wake: Wake) -> Result<Stage, RenderError> {
         let shaders = Choice::Trusted.on(&device)?;
         let pipelines = Pipelines::new(&device, &shaders.module()?);
         Ok(Stage {
@@ -80,6 +84,8 @@ impl Stage {
             present: Present::new(device.wgpu()),
             timestamps: Timestamps::of(&device),
             pipelines,
+            watch: Watch::new(&device),
+            wake,
             device,
             panes: Vec::new(),
             screen: None,
@@ -128,8 +134,6 @@ impl Stage {
 
     /// Whether the frame that was drawn last is not done yet.
     pub fn is_busy(&mut self) -> bool {
-        // Polling tells callbacks; it does not wait.
-        let _ = self.device.wgpu().poll(wgpu::PollType::Poll);
         let Some(running) = &self.running else {
             return false;
         };
@@ -251,9 +255,11 @@ impl Stage {
             done: done.clone(),
         });
         queue.submit([encoder.finish()]);
+        let wake = self.wake.clone();
         let finish = move |result: Result<(), wgpu::BufferAsyncError>| {
             // It is told once.
             let _ = done.set(result.map(|()| Instant::now()));
+            wake();
         };
         match clock {
             Some(timestamps) => timestamps
@@ -262,6 +268,7 @@ impl Stage {
                 .map_async(wgpu::MapMode::Read, finish),
             None => queue.on_submitted_work_done(move || finish(Ok(()))),
         }
+        self.watch.begin();
         Ok(is_new)
     }
 
@@ -279,6 +286,7 @@ impl Stage {
         };
         let read = Arc::new(Mutex::new(None));
         let done = read.clone();
+        let wake = self.wake.clone();
         device.attempt(|| {
             targets.make(&device, Content::Color, true);
             pane.scene.set_frame(device.queue(), frame);
@@ -300,6 +308,7 @@ impl Stage {
                     .map_async(wgpu::MapMode::Read, move |result| {
                         *done.lock().unwrap_or_else(PoisonError::into_inner) =
                             Some(result.map_err(|error| error.to_string()));
+                        wake();
                     });
             }
             Ok::<_, RenderError>(())
@@ -309,12 +318,12 @@ impl Stage {
             factor,
             read,
         });
+        self.watch.begin();
         Ok(())
     }
 
     /// The picture that [`Stage::save`] began, once it is there.
     pub fn saved(&mut self) -> Option<Result<Picture, RenderError>> {
-        let _ = self.device.wgpu().poll(wgpu::PollType::Poll);
         let saving = self.saving.take()?;
         let read = saving
             .read
@@ -588,7 +597,7 @@ mod tests {
         let all = adapters();
         assert!(!all.is_empty(), "no adapter on this machine");
         for adapter in all {
-            let mut stage = Stage::new(adapter.open().unwrap()).unwrap();
+            let mut stage = Stage::new(adapter.open().unwrap(), Arc::new(|| ())).unwrap();
             if !stage.describe().contains("exact") {
                 continue;
             }

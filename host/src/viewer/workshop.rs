@@ -2,6 +2,7 @@
 //! threads.
 
 use super::judge::Judgement;
+use super::watch::Wake;
 use crate::prepare::{Assets, PreparedScene, prepare_with};
 use crate::scene::{Camera, Scene};
 use relievo_shared::layout::Frame;
@@ -47,6 +48,8 @@ pub struct Workshop {
     deliveries: Receiver<Delivery>,
     #[cfg(target_arch = "wasm32")]
     here: Bench,
+    #[cfg(target_arch = "wasm32")]
+    wake: Wake,
 }
 
 /// Where the work is done.
@@ -58,7 +61,7 @@ struct Bench {
 
 impl Workshop {
     /// `wake` is called after each delivery, from any thread.
-    pub fn new(wake: impl Fn() + Send + 'static) -> Workshop {
+    pub fn new(wake: Wake) -> Workshop {
         let (orders, to_do) = channel();
         let (done, deliveries) = channel();
         let bench = Bench {
@@ -80,12 +83,11 @@ impl Workshop {
         }
         #[cfg(target_arch = "wasm32")]
         {
-            // Who orders asks for the delivery at once.
-            drop(wake);
             Workshop {
                 orders,
                 deliveries,
                 here: bench,
+                wake,
             }
         }
     }
@@ -97,6 +99,7 @@ impl Workshop {
         #[cfg(target_arch = "wasm32")]
         while let Ok(order) = self.here.orders.try_recv() {
             self.here.work(order);
+            (self.wake)();
         }
     }
 
