@@ -4,7 +4,6 @@
 mod browser;
 
 use browser::{Page, built};
-use std::time::Duration;
 
 /// Without WebGPU, and with it on a software adapter.
 const CPU: &str = "?cpu";
@@ -151,33 +150,45 @@ fn without_webgpu_a_worker_draws() {
     );
     assert!(page.text("notice").contains("no WebGPU"));
     let torus = page.look();
-    page.run(
-        "const bevel = document.querySelector('[name=bevel]'); bevel.value = 0.15;
-         bevel.dispatchEvent(new Event('input', { bubbles: true }));",
-    );
-    std::thread::sleep(Duration::from_millis(100));
-    page.settle();
-    let beveled = page.look();
-    assert!(difference(&torus, &beveled, 16) > 0.005);
-    page.drop_file("stripes.png", &stripes());
-    std::thread::sleep(Duration::from_millis(300));
-    page.settle();
-    assert!(difference(&beveled, &page.look(), 16) > 0.05, "no stripes");
-    // Letters, and other words of each pixel.
-    page.run(
-        "const letters = document.getElementById('letters'); letters.value = 'Relievo';
-         letters.dispatchEvent(new Event('input', { bubbles: true }));",
-    );
-    std::thread::sleep(Duration::from_millis(300));
-    page.settle();
-    let letters = page.look();
-    page.run(
-        "const show = document.getElementById('show'); show.value = 'Surface class';
-         show.dispatchEvent(new Event('change', { bubbles: true }));",
-    );
-    std::thread::sleep(Duration::from_millis(300));
-    page.settle();
-    assert!(difference(&letters, &page.look(), 16) > 0.05, "no classes");
+    // Each has another picture drawn: a coarse one, and then a fine one.
+    let look_after = |what: &str, act: &dyn Fn()| {
+        let frames = page.probe()["frames"].as_u64();
+        act();
+        page.wait(what, |told| {
+            told["settled"] == true && told["frames"].as_u64() > frames
+        });
+        page.look()
+    };
+    let set = |id: &str, value: &str, event: &str| {
+        page.run(&format!(
+            "{{ const control = document.querySelector('{id}'); control.value = '{value}';
+               control.dispatchEvent(new Event('{event}', {{ bubbles: true }})); }}"
+        ));
+    };
+    let mut before = torus;
+    let mut changed = |what: &str, least: f64, act: &dyn Fn()| {
+        let after = look_after(what, act);
+        let share = difference(&before, &after, 16);
+        assert!(share > least, "{what}: {share}");
+        before = after;
+    };
+    changed("a bevel", 0.005, &|| set("[name=bevel]", "0.15", "input"));
+    changed("stripes", 0.05, &|| {
+        page.drop_file("stripes.png", &stripes());
+    });
+    changed("letters", 0.05, &|| set("#letters", "Relievo", "input"));
+    changed("classes", 0.05, &|| {
+        set("#show", "Surface class", "change");
+    });
+    // What cannot be read is told of, and the next change goes on.
+    page.drop_file("broken.png", b"no picture");
+    page.wait("a complaint", |told| {
+        told["message"].as_str().unwrap().contains("broken.png")
+    });
+    assert!(page.text("notice").contains("broken.png"));
+    changed("letters again", 0.05, &|| {
+        set("#letters", "ABC", "input");
+    });
     page.run("document.getElementById('save-picture').click()");
     let png = page.downloaded("relievo.png");
     assert_eq!(

@@ -92,9 +92,10 @@ fn gpu_ten_frames_a_second_while_it_moves() {
     let drawn = window.probe().frames - frames;
     let rate = drawn as f64 / took.as_secs_f64();
     println!(
-        "{drawn} frames in {:.2} s: {rate:.1} a second, {:?} pixels",
+        "{drawn} frames in {:.2} s: {rate:.1} a second, {:?} pixels of {:?}",
         took.as_secs_f64(),
-        window.probe().frame_size
+        window.probe().frame_size,
+        rest.frame_size
     );
     // How fast is a matter of the machine; that pictures follow is not.
     assert!(drawn > 5, "{drawn}");
@@ -128,9 +129,14 @@ fn gpu_everything_can_be_reached_and_shown() {
         window.settle();
         assert_ne!(window.look("Picture").pixels, picture.pixels, "{show}");
     }
-    window.choose("Show", "Picture");
-    window.settle();
+    // What is saved is what is on the screen, pixel by pixel.
     window.click("Wireframe");
+    window.settle();
+    window.key("Control+Shift+p");
+    window.expect(|probe| probe.message.contains("torus-view-shown.png"));
+    let shown = image::open(folder.path().join("torus-view-shown.png")).unwrap();
+    assert!(shown.into_rgb8() == window.look("Picture").pixels);
+    window.choose("Show", "Picture");
     window.settle();
     assert_ne!(window.look("Picture").pixels, picture.pixels);
     window.click("Wireframe");

@@ -326,6 +326,7 @@ impl Window {
             "Right" => 0xff53,
             "Left" => 0xff51,
             "Control" => 0xffe3,
+            "Shift" => 0xffe1,
             "Tab" => 0xff09,
             letter => letter.bytes().next().map(u32::from).expect("a letter"),
         };

@@ -151,6 +151,20 @@ impl Device {
         }
     }
 
+    /// Has the device tell what it has done, without waiting; whether that is all
+    /// that it was given.
+    ///
+    /// # Errors
+    /// [`DeviceError::Device`] where it is lost.
+    pub fn poll(&self) -> Result<bool, DeviceError> {
+        self.alive()?;
+        match attempt(|| self.wgpu().poll(wgpu::PollType::Poll)) {
+            Ok(Ok(status)) => self.alive().map(|()| status.is_queue_empty()),
+            Ok(Err(error)) => Err(self.lose(error.to_string())),
+            Err(message) => Err(self.lose(message)),
+        }
+    }
+
     /// An error where the device is lost.
     ///
     /// # Errors
@@ -187,7 +201,8 @@ impl Device {
             });
             self.wait()?;
             receiver
-                .try_recv()
+                // Whoever polls beside us may have taken it to be told.
+                .recv_timeout(self.time_limit())
                 .map_err(|error| self.failed(error))?
                 .map_err(|error| self.failed(error))?;
             let seen = {

@@ -5,10 +5,10 @@ const notice = document.getElementById("notice");
 const start = performance.now();
 window.relievo = { probe: () => ({ settled: false }), error: null };
 
-function fail(error) {
+function fail(error, what = "start") {
   window.relievo.error = String(error);
   notice.hidden = false;
-  notice.textContent = `Relievo cannot start: ${error}`;
+  notice.textContent = `Relievo cannot ${what}: ${error}`;
 }
 
 async function hasWebGpu() {
@@ -57,7 +57,7 @@ function withCpu() {
     worker.postMessage({ orders: wanted, size, coarse });
     wanted = [];
   };
-  worker.onerror = (event) => fail(event.message);
+  worker.onerror = (event) => fail(event.message, "go on");
   worker.onmessage = async ({ data }) => {
     if (data.scene !== undefined) return download("relievo.toml", new Blob([data.scene]));
     busy = false;
@@ -76,7 +76,7 @@ function withCpu() {
     state.first_picture_ms ??= performance.now() - start;
     if (wanted.length) send();
     else if (data.coarse) setTimeout(() => wanted.length || send(false), Math.max(0, 150 - (performance.now() - moved)));
-    else state.settled = true;
+    else state.settled = !busy;
   };
   document.getElementById("controls").addEventListener("submit", (event) => event.preventDefault());
   for (const input of document.querySelectorAll("#controls input[name]")) {

@@ -47,7 +47,7 @@ use platform::Platform;
 use probe::{Collector, Probe};
 use relievo_bitwise::Device;
 use relievo_shared::layout::Frame;
-use saving::Shot;
+use saving::{Caption, Shot};
 use stage::{Look, Stage};
 use std::sync::Arc;
 use std::time::Duration;
@@ -94,13 +94,14 @@ pub struct Viewer {
     drawn: Option<Drawn>,
     moved: Instant,
     judgement: Option<egui::TextureHandle>,
-    is_judging: bool,
+    /// The number of the picture that is being judged.
+    judging: Option<u64>,
     judged: u64,
 
     message: String,
     is_wrong: bool,
     /// A picture for a file is being drawn.
-    is_saving: bool,
+    saving: Option<Caption>,
     shot: Shot,
     dropped: Arrived,
     started: Instant,
@@ -163,11 +164,11 @@ impl Viewer {
             drawn: None,
             moved: started,
             judgement: None,
-            is_judging: false,
+            judging: None,
             judged: 0,
             message: "Preparing the scene …".to_string(),
             is_wrong: false,
-            is_saving: false,
+            saving: None,
             shot: Shot::default(),
             dropped: Arrived::default(),
             started,
@@ -182,6 +183,8 @@ impl Viewer {
     fn order(&mut self, anew: bool) {
         self.ordered += 1;
         self.moved = Instant::now();
+        // The workshop forgets what was to be judged before this.
+        self.judging = None;
         let mut scenes = vec![self.scene.clone()];
         if let Some(tier) = self.compared {
             let mut other = self.scene.clone();
@@ -210,7 +213,7 @@ impl Viewer {
                     self.shown = number;
                 }
                 Delivery::Judged(number, judged) => {
-                    self.is_judging = false;
+                    self.judging = self.judging.filter(|judging| *judging != number);
                     match judged {
                         Ok(judgement) => self.show_judgement(context, number, &judgement),
                         Err(problem) => self.complain(problem),
@@ -318,13 +321,13 @@ impl Viewer {
 
     /// Draws what is to be seen in a picture of `full` pixels, if it is not on
     /// the screen.
-    fn draw(&mut self, full: [u32; 2]) {
+    fn draw(&mut self, full: [u32; 2], is_moving: bool) {
         let is_busy = self.is_busy();
         let Some(camera) = self.camera else { return };
         if self.prepared.is_empty() || is_busy {
             return;
         }
-        let size = if self.is_moving() {
+        let size = if is_moving {
             self.governor.size(full)
         } else {
             full
@@ -362,9 +365,9 @@ impl Viewer {
     }
 
     /// Whether the screen shows all that was asked for.
-    fn is_settled(&self, full: [u32; 2]) -> bool {
-        !self.is_moving()
-            && !self.is_saving
+    fn is_settled(&self, full: [u32; 2], is_moving: bool) -> bool {
+        !is_moving
+            && self.saving.is_none()
             && self.drawn.as_ref().is_some_and(|drawn| {
                 drawn.size == full
                     && Some(drawn.camera) == self.camera
@@ -495,8 +498,10 @@ impl Viewer {
 
         let points = rectangle.size() * pixels_per_point;
         let full = [points.x, points.y].map(|side| side.round().clamp(1.0, LARGEST_SCREEN) as u32);
-        self.draw(full);
-        self.judge(full);
+        // Asked once: it may end meanwhile.
+        let is_moving = self.is_moving();
+        self.draw(full, is_moving);
+        self.judge(full, is_moving);
         let painter = ui.painter_at(rectangle);
         let whole = Rect::from_min_size(egui::Pos2::ZERO, Vec2::splat(1.0));
         let judged = self.judgement.as_ref().map(egui::TextureHandle::id);
@@ -515,8 +520,9 @@ impl Viewer {
             ui.painter()
                 .rect_stroke(rectangle, 0.0, stroke, egui::StrokeKind::Outside);
         }
-        self.probe.settled = self.is_settled(full) && !self.is_busy();
-        self.take_shot(ui.ctx(), rectangle);
+        self.probe.settled = self.is_settled(full, is_moving) && !self.is_busy();
+        let is_complete = self.probe.settled && self.is_judged == self.judgement.is_some();
+        self.take_shot(ui.ctx(), rectangle, is_complete);
         if !self.probe.settled {
             // The workshop and the device tell when they are done.
             let rest = REST.saturating_sub(self.moved.elapsed());
@@ -572,6 +578,8 @@ impl Viewer {
         if split != self.split {
             self.split = split;
             self.moved = Instant::now();
+            // The picture was drawn before the bar.
+            ui.ctx().request_repaint();
         }
         let color = ui.style().interact(&response).fg_stroke.color;
         painter.vline(
@@ -596,8 +604,8 @@ impl Viewer {
     }
 
     /// Has the picture judged against the oracle once it stands still.
-    fn judge(&mut self, full: [u32; 2]) {
-        if !self.is_judged || self.is_moving() {
+    fn judge(&mut self, full: [u32; 2], is_moving: bool) {
+        if !self.is_judged || is_moving {
             self.judgement = None;
             // One that is under way is of another picture.
             self.judged += 1;
@@ -606,12 +614,12 @@ impl Viewer {
         let (Some(camera), Some(first)) = (self.camera, self.prepared.first()) else {
             return;
         };
-        if self.judgement.is_some() || self.is_judging || !self.is_settled(full) {
+        if self.judgement.is_some() || self.judging.is_some() || !self.is_settled(full, is_moving) {
             return;
         }
         let size = judge::size(self.scene.size);
         self.judged += 1;
-        self.is_judging = true;
+        self.judging = Some(self.judged);
         self.workshop.order(Order::Judge {
             number: self.judged,
             scene: first.clone(),

@@ -1,6 +1,6 @@
 //! What the viewer saves: pictures, the scene, its shaders.
 
-use super::{PATIENCE, Viewer};
+use super::{Drawn, PATIENCE, Viewer};
 use crate::Files;
 use crate::export::{ExportedFile, Options, export};
 use crate::picture::Picture;
@@ -8,6 +8,13 @@ use crate::prepare::finer;
 use crate::scene::Scene;
 use eframe::egui::{self, ColorImage, Rect};
 use std::sync::{Arc, OnceLock};
+
+/// What a picture is called, and what it is of.
+pub(super) struct Caption {
+    file: String,
+    /// The scene, as a scene file.
+    scene: String,
+}
 
 /// A picture of the screen, for a file.
 #[derive(Default)]
@@ -17,8 +24,22 @@ pub(super) enum Shot {
     None,
     /// As soon as the screen shows all that was asked for.
     Wanted,
-    /// Of this part of the window, pixels from its left and top; there when it is.
-    Taken([usize; 4], Arc<OnceLock<Arc<ColorImage>>>),
+    /// The window was asked for it.
+    Taken(Taken),
+}
+
+/// A picture of the window that is under way.
+pub(super) struct Taken {
+    caption: Caption,
+    /// Where the picture was in the window, and what it showed. The next pass is
+    /// the one that is taken, and must have the same.
+    rectangle: Rect,
+    drawn: Option<Drawn>,
+    is_certain: bool,
+    /// Pixels for a point.
+    scale: f32,
+    /// The whole window, once it is there.
+    image: Arc<OnceLock<Arc<ColorImage>>>,
 }
 
 impl Viewer {
@@ -83,7 +104,7 @@ impl Viewer {
         let frames = self.frames(&camera, self.scene.size);
         let Some(frame) = frames.first() else { return };
         match self.stage.save(&finer(frame, factor), factor) {
-            Ok(()) => self.is_saving = true,
+            Ok(()) => self.saving = Some(self.caption("")),
             Err(error) => self.complain(error.to_string()),
         }
         // The scene on the device has another camera now.
@@ -92,27 +113,39 @@ impl Viewer {
 
     /// Saves the picture that [`Viewer::save_picture`] began, once it is there.
     pub(super) fn finish_picture(&mut self) {
-        if !self.is_saving {
+        if self.saving.is_none() {
             return;
         }
         let Some(picture) = self.stage.saved() else {
             return;
         };
-        self.is_saving = false;
+        let Some(caption) = self.saving.take() else {
+            return;
+        };
         match picture {
-            Ok(picture) => self.save_as(&format!("{}.png", self.name), &picture),
+            Ok(picture) => self.save_as(&caption, &picture),
             Err(error) => self.complain(error.to_string()),
         }
     }
 
-    fn save_as(&mut self, name: &str, picture: &Picture) {
-        let text = self.saved_scene().to_toml(self.platform.folder());
+    /// Of a picture of the scene as it is now; `what` is added to its name.
+    fn caption(&self, what: &str) -> Caption {
+        Caption {
+            file: format!("{}{what}.png", self.name),
+            scene: self.saved_scene().to_toml(self.platform.folder()),
+        }
+    }
+
+    fn save_as(&mut self, caption: &Caption, picture: &Picture) {
         let software = concat!("relievo ", env!("CARGO_PKG_VERSION"));
-        let comments = [("Software", software), ("relievo-scene", text.as_str())];
+        let comments = [
+            ("Software", software),
+            ("relievo-scene", caption.scene.as_str()),
+        ];
         let saved = picture
             .png(&comments)
             .map_err(|error| error.to_string())
-            .and_then(|png| self.platform.save_file(name, &png));
+            .and_then(|png| self.platform.save_file(&caption.file, &png));
         self.report(saved);
     }
 
@@ -122,39 +155,69 @@ impl Viewer {
         self.shot = Shot::Wanted;
     }
 
-    /// Takes the picture of the screen that is wanted, if it is complete:
-    /// `rectangle` of the window.
-    pub(super) fn take_shot(&mut self, context: &egui::Context, rectangle: Rect) {
-        let is_complete = self.probe.settled && self.is_judged == self.judgement.is_some();
-        if !matches!(self.shot, Shot::Wanted) || !is_complete {
-            return;
+    /// Takes the picture of the screen that is wanted: `rectangle` of the window,
+    /// which `is_complete` if it shows all that was asked for.
+    pub(super) fn take_shot(
+        &mut self,
+        context: &egui::Context,
+        rectangle: Rect,
+        is_complete: bool,
+    ) {
+        match &mut self.shot {
+            Shot::Taken(taken) if !taken.is_certain => {
+                if is_complete && taken.rectangle == rectangle && taken.drawn == self.drawn {
+                    taken.is_certain = true;
+                } else {
+                    self.shot = Shot::Wanted;
+                }
+            }
+            Shot::Wanted if is_complete => {
+                let image = Arc::new(OnceLock::new());
+                self.shot = Shot::Taken(Taken {
+                    caption: self.caption("-shown"),
+                    rectangle,
+                    drawn: self.drawn.clone(),
+                    is_certain: false,
+                    scale: context.pixels_per_point(),
+                    image: image.clone(),
+                });
+                let waker = context.clone();
+                context.request_screenshot(move |whole| {
+                    // It is told once.
+                    let _ = image.set(whole);
+                    waker.request_repaint();
+                });
+                context.request_repaint();
+            }
+            _ => {}
         }
-        let pixels = rectangle * context.pixels_per_point();
-        let part = [pixels.left(), pixels.top(), pixels.width(), pixels.height()];
-        let image = Arc::new(OnceLock::new());
-        self.shot = Shot::Taken(part.map(|side| side.round() as usize), image.clone());
-        let waker = context.clone();
-        context.request_screenshot(move |whole| {
-            // It is told once.
-            let _ = image.set(whole);
-            waker.request_repaint();
-        });
-        context.request_repaint();
     }
 
     /// Saves the picture of the screen, once it is there.
     pub(super) fn finish_shot(&mut self, context: &egui::Context) {
-        let Shot::Taken(part, image) = &self.shot else {
+        let Shot::Taken(taken) = &self.shot else {
             return;
         };
-        let Some(whole) = image.get() else {
+        // Asked first: who held it has told before.
+        let is_over = Arc::strong_count(&taken.image) == 1;
+        match taken.image.get() {
+            // Before the pass that says whether it can be used.
+            Some(_) if !taken.is_certain => {}
+            Some(whole) => {
+                let pixels = taken.rectangle * taken.scale;
+                let part = [pixels.left(), pixels.top(), pixels.width(), pixels.height()];
+                let picture = cut(whole, part.map(|side| side.round() as usize));
+                if let Shot::Taken(taken) = std::mem::take(&mut self.shot) {
+                    self.save_as(&taken.caption, &picture);
+                }
+            }
+            None if is_over => {
+                self.shot = Shot::None;
+                self.complain("the pixels of this window cannot be read".to_string());
+            }
             // Devices tell of it while they are given work.
-            context.request_repaint_after(PATIENCE);
-            return;
-        };
-        let picture = cut(whole, *part);
-        self.shot = Shot::None;
-        self.save_as(&format!("{}-shown.png", self.name), &picture);
+            None => context.request_repaint_after(PATIENCE),
+        }
     }
 }
 
