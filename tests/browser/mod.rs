@@ -20,6 +20,9 @@ use std::time::{Duration, Instant};
 /// How long anything may take: software drivers on two cores beside other work.
 const PATIENCE: Duration = Duration::from_secs(120);
 
+/// How many bytes of WebAssembly a person may have to wait for.
+const LARGEST: u64 = 6_000_000;
+
 /// Builds the page, once; none where its tools are missing and need not be there.
 pub fn built() -> Option<PathBuf> {
     static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
@@ -37,7 +40,15 @@ pub fn built() -> Option<PathBuf> {
         if !done.status.success() {
             return Err(String::from_utf8_lossy(&done.stderr).into_owned());
         }
-        println!("{}", String::from_utf8_lossy(&done.stdout));
+        let told = String::from_utf8_lossy(&done.stdout).into_owned();
+        println!("{told}");
+        // "…: N bytes of WebAssembly, N as a server sends them (gzip)"
+        let packed = told
+            .split(", ")
+            .last()
+            .and_then(|part| part.split(' ').next());
+        let packed: u64 = packed.and_then(|bytes| bytes.parse().ok()).expect("a size");
+        assert!(packed < LARGEST, "{told}");
         Ok(folder)
     });
     match built {

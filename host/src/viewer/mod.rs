@@ -7,7 +7,8 @@
 //! stage      prepared, camera   → words → the screen, by the window's own device
 //! watch      the device is done → the window looks again
 //! governor   how long that took → how large the next picture in motion is
-//! display    what of the words the screen shows
+//! present    words → the screen
+//! display    what of the words that is, also on the CPU
 //! judge      prepared, camera   → how wrong it is
 //! dropped    files of a person  → the scene
 //! saving     scene, screen      → files
@@ -24,6 +25,7 @@ mod judge;
 pub mod native;
 pub mod orbit;
 pub mod platform;
+pub mod present;
 pub mod probe;
 mod saving;
 pub mod stage;
@@ -44,11 +46,12 @@ use eframe::egui_wgpu;
 use governor::Governor;
 use judge::Judgement;
 use platform::Platform;
+use present::Look;
 use probe::{Collector, Probe};
 use relievo_bitwise::Device;
 use relievo_shared::layout::Frame;
 use saving::{Caption, Shot};
-use stage::{Look, Stage};
+use stage::Stage;
 use std::sync::Arc;
 use std::time::Duration;
 use watch::Wake;

@@ -3,6 +3,7 @@
 //! [`GpuScene`], [`Pipelines`] and [`Targets`] never wait for the device: a
 //! window draws with them. [`GpuRenderer`] does, and gives words.
 
+mod content;
 mod memory;
 mod pipelines;
 mod scene;
@@ -10,8 +11,9 @@ mod shaders;
 mod targets;
 mod timestamps;
 
+pub use content::Content;
 pub use memory::{Memory, Pictures};
-pub use pipelines::{Content, Pipelines};
+pub use pipelines::Pipelines;
 pub use relievo_bitwise::{Adapter, Device, Module, Signature, TIME_LIMIT, adapters, choose};
 pub use scene::GpuScene;
 pub(crate) use scene::facet_bytes;

@@ -1,38 +1,11 @@
 //! Pipelines: made when they are first needed, and kept while scenes change.
 
+use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
 use super::shaders::EntryPoints;
-use super::targets::{DEPTH_FORMAT, TARGET_FORMAT};
 use crate::render::RenderError;
 use relievo_bitwise::{Device, Module};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-
-/// What a picture shows.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Content {
-    /// Colours: one target.
-    Color,
-    /// What is hit: two targets.
-    Geometry,
-}
-
-impl Content {
-    /// How many targets are drawn to.
-    pub fn targets(self) -> usize {
-        match self {
-            Content::Color => 1,
-            Content::Geometry => 2,
-        }
-    }
-
-    /// The fragment shader of an object.
-    pub(super) fn fragment(self, of: &EntryPoints) -> &'static str {
-        match self {
-            Content::Color => of.color,
-            Content::Geometry => of.geometry,
-        }
-    }
-}
 
 /// The pipelines of one module on one device; objects that need the same entry
 /// points share one.

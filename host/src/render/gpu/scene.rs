@@ -1,6 +1,7 @@
 //! A prepared scene in a device's memory, and how it is drawn.
 
-use super::pipelines::{Content, Pipelines};
+use super::content::Content;
+use super::pipelines::Pipelines;
 use super::shaders::{EntryPoints, Extent, Facets};
 use super::targets::Targets;
 use super::timestamps::Timestamps;

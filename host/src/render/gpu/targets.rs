@@ -1,14 +1,10 @@
 //! What is drawn to and read back from.
 
+use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
 use super::memory;
-use super::pipelines::Content;
 use crate::render::{RenderError, allocate};
 use relievo_bitwise::Device;
 use std::mem::size_of;
-
-/// Bits of f32 in, bits of f32 out: nothing is filtered, blended or rounded.
-pub(super) const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
-pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
 /// The targets of pictures of one size.
 pub struct Targets {
