@@ -79,10 +79,11 @@ impl Adapter {
         let descriptor = descriptor(&self.adapter);
         let time_limit = time_limit(self.is_software())?;
         let refused = |message| DeviceError::of(&self.describe(), message);
-        let (device, queue) =
-            attempt(|| pollster::block_on(self.adapter.request_device(&descriptor)))
-                .map_err(refused)?
-                .map_err(|error| refused(error.to_string()))?;
+        let (device, queue) = attempt("wgpu", || {
+            pollster::block_on(self.adapter.request_device(&descriptor))
+        })
+        .map_err(refused)?
+        .map_err(|error| refused(error.to_string()))?;
         Ok(Device::new(device, queue, self.describe(), time_limit))
     }
 }
@@ -140,7 +141,7 @@ pub fn adapters() -> Vec<Adapter> {
 
 /// As [`adapters`], or the driver's fault.
 fn look() -> Result<Vec<Adapter>, String> {
-    let mut found: Vec<Adapter> = attempt(|| {
+    let mut found: Vec<Adapter> = attempt("wgpu", || {
         let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
         let instance = wgpu::Instance::new(descriptor);
         pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))

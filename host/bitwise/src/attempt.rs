@@ -1,4 +1,4 @@
-//! Panics of wgpu as errors.
+//! Panics of others as errors: of wgpu above all.
 //!
 //! Where a driver fails, wgpu panics in places: in `Device::poll` once the
 //! device is lost, in `wgpu-hal` where a render pass or a framebuffer cannot be
@@ -17,11 +17,16 @@ thread_local! {
     static SAID: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Runs `work`; where it panics, gives what the panic said.
+/// Runs `work` of `who`; where it panics, gives what the panic said.
+///
+/// What `work` leaves half done must not be used after that.
+///
+/// # Errors
+/// What the panic said, where it was, and who gave up.
 ///
 /// The first call puts a hook before the process's panic hook that keeps such
 /// a panic off the terminal; every other panic goes to the hook that was there.
-pub(crate) fn attempt<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+pub fn attempt<T>(who: &str, work: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
         let before = panic::take_hook();
@@ -40,14 +45,17 @@ pub(crate) fn attempt<T>(work: impl FnOnce() -> T) -> Result<T, String> {
                 let file = location.file().rsplit(['/', '\\']).next();
                 format!(" ({}, line {})", file.unwrap_or_default(), location.line())
             });
-            SAID.set(Some(format!("wgpu gave up: {said}{place}")));
+            SAID.set(Some(format!("{said}{place}")));
         }));
     });
     DEPTH.set(DEPTH.get() + 1);
     // What a panic leaves half done is not used again: see `Device::attempt`.
     let result = panic::catch_unwind(AssertUnwindSafe(work));
     DEPTH.set(DEPTH.get() - 1);
-    result.map_err(|_| SAID.take().unwrap_or_else(|| UNKNOWN.to_string()))
+    result.map_err(|_| {
+        let said = SAID.take();
+        format!("{who} gave up: {}", said.as_deref().unwrap_or(UNKNOWN))
+    })
 }
 
 #[cfg(test)]
@@ -57,11 +65,12 @@ mod tests {
     #[test]
     fn a_panic_is_told_once_and_others_are_left_alone() {
         let said = |result: Result<(), String>| result.unwrap_err();
-        assert_eq!(attempt(|| 7), Ok(7));
-        let inner = attempt(|| attempt(|| panic!("inner {}", 1))).expect("it was caught inside");
+        assert_eq!(attempt("wgpu", || 7), Ok(7));
+        let inner = attempt("all", || attempt("wgpu", || panic!("inner {}", 1)))
+            .expect("it was caught inside");
         assert!(said(inner).starts_with("wgpu gave up: inner 1 (attempt.rs, line "));
-        let outer = attempt(|| {
-            let _ = attempt(|| ());
+        let outer = attempt("wgpu", || {
+            let _ = attempt("nobody", || ());
             panic!("outer");
         });
         assert!(said(outer).starts_with("wgpu gave up: outer (attempt.rs"));

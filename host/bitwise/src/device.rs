@@ -106,11 +106,11 @@ impl Device {
     ) -> Result<T, E> {
         self.alive()?;
         let scopes = Scopes::new(self.wgpu());
-        let result = attempt(work);
+        let result = attempt("wgpu", work);
         let complaint = scopes.finish();
         // wgpu keeps most errors of a lost device to itself, and tells its loss
         // when it is polled.
-        let polled = attempt(|| {
+        let polled = attempt("wgpu", || {
             // A poll that does not wait has nothing else to tell.
             let _ = self.wgpu().poll(wgpu::PollType::Poll);
         });
@@ -139,7 +139,7 @@ impl Device {
             submission_index: None,
             timeout: Some(self.time_limit()),
         };
-        match attempt(|| self.wgpu().poll(wait)) {
+        match attempt("wgpu", || self.wgpu().poll(wait)) {
             Ok(Ok(_)) => self.alive(),
             Ok(Err(wgpu::PollError::Timeout)) => Err(self.lose(format!(
                 "it has not finished within {} s; give it longer with the environment variable {}",
@@ -158,7 +158,7 @@ impl Device {
     /// [`DeviceError::Device`] where it is lost.
     pub fn poll(&self) -> Result<bool, DeviceError> {
         self.alive()?;
-        match attempt(|| self.wgpu().poll(wgpu::PollType::Poll)) {
+        match attempt("wgpu", || self.wgpu().poll(wgpu::PollType::Poll)) {
             Ok(Ok(status)) => self.alive().map(|()| status.is_queue_empty()),
             Ok(Err(error)) => Err(self.lose(error.to_string())),
             Err(message) => Err(self.lose(message)),
@@ -227,7 +227,7 @@ impl Drop for Shared {
         // wgpu waits for the queue when it is dropped, without end where the
         // device hangs, and panics where that fails: what is lost is left.
         if self.lost.get().is_none() {
-            let _ = attempt(|| {
+            let _ = attempt("wgpu", || {
                 // SAFETY: neither is used again: this is their owner's end.
                 unsafe {
                     ManuallyDrop::drop(&mut self.queue);

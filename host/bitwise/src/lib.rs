@@ -106,6 +106,7 @@ pub mod runner;
 mod testing;
 
 pub use adapter::{Adapter, TIME_LIMIT, adapters, choose, descriptor};
+pub use attempt::attempt;
 pub use canary::{Canary, Signature, Told};
 pub use check::{Plan, compare_kernel, evaluate};
 pub use compare::{Batch, Difference, Histogram, Tally, ulp_distance};

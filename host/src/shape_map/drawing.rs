@@ -4,6 +4,7 @@ use super::ShapeMapError;
 use super::input::{Input, check_size};
 use super::lettering;
 use image::RgbaImage;
+use relievo_bitwise::attempt;
 use resvg::tiny_skia::{Color, Pixmap, Transform};
 use resvg::usvg::roxmltree::{Document, ParsingOptions};
 use resvg::usvg::{ImageHrefResolver, Options, Tree};
@@ -92,12 +93,7 @@ pub(super) fn draw(
     check_size(path, sides[0], sides[1], max_pixels)?;
     let scale = [f64::from(sides[0]) / width, f64::from(sides[1]) / height];
     let transform = Transform::from_scale(scale[0] as f32, scale[1] as f32);
-    paint(&tree, sides, transform).ok_or_else(|| {
-        let [width, height] = sides;
-        wrong(format!(
-            "{width} × {height} pixels do not fit in memory; make raster smaller"
-        ))
-    })
+    paint(&tree, sides, transform).map_err(wrong)
 }
 
 /// Width and height in pixels of something of `size`.
@@ -107,13 +103,23 @@ pub(super) fn sides([width, height]: [f64; 2], raster: u32) -> [u32; 2] {
     [width, height].map(|side| ((side * scale).round() as u32).clamp(1, raster))
 }
 
-/// What a drawing looks like on white; none where there is no memory for it.
-pub(super) fn paint(tree: &Tree, sides: [u32; 2], transform: Transform) -> Option<RgbaImage> {
-    let mut picture = Pixmap::new(sides[0], sides[1])?;
+/// What a drawing looks like on white, or what stands against it.
+pub(super) fn paint(
+    tree: &Tree,
+    [width, height]: [u32; 2],
+    transform: Transform,
+) -> Result<RgbaImage, String> {
+    let too_large =
+        || format!("{width} × {height} pixels do not fit in memory; make raster smaller");
+    let mut picture = Pixmap::new(width, height).ok_or_else(too_large)?;
     picture.fill(Color::WHITE);
-    resvg::render(tree, transform, &mut picture.as_mut());
+    // It may panic at coordinates beyond what it counts with.
+    attempt("the rasteriser", || {
+        resvg::render(tree, transform, &mut picture.as_mut());
+    })
+    .map_err(|problem| format!("{problem}; keep its shapes near what is to be seen of it"))?;
     // Opaque everywhere: premultiplied or not is the same.
-    RgbaImage::from_raw(sides[0], sides[1], picture.take())
+    RgbaImage::from_raw(width, height, picture.take()).ok_or_else(too_large)
 }
 
 /// The drawing in `text`, which names nothing outside of itself.
@@ -338,6 +344,19 @@ mod tests {
         };
         let error = load("a.svg", &deep(1), &limited).unwrap_err();
         assert!(error.contains("16 × 8"), "{error}");
+    }
+
+    /// Found by fuzzing: an assertion of the rasteriser, in builds that have them.
+    #[test]
+    fn shapes_beyond_all_bounds_are_an_error_at_most() {
+        let text = format!(
+            "{OPEN} width='40' height='20'><defs><clipPath id='c'><circle cx='62' r='11111111111111111111111111111111111118'/></clipPath></defs><rect width='20' height='20' clip-path='url(#c)'/></svg>"
+        );
+        if let Err(message) = load("far.svg", &text, &with_raster(40)) {
+            for part in ["far.svg", "the rasteriser gave up", "keep its shapes near"] {
+                assert!(message.contains(part), "{part:?} in {message}");
+            }
+        }
     }
 
     #[test]

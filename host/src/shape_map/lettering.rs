@@ -128,10 +128,7 @@ impl Pattern {
         let scale = [f64::from(width) / size[0], f64::from(height) / size[1]];
         let transform = Transform::from_translate((border - left) as f32, (border - top) as f32)
             .post_scale(scale[0] as f32, scale[1] as f32);
-        let picture = paint(&tree, [width, height], transform).ok_or_else(|| {
-            let problem = "pixels do not fit in memory; make raster smaller";
-            wrong(format!("{width} × {height} {problem}"))
-        })?;
+        let picture = paint(&tree, [width, height], transform).map_err(wrong)?;
         Ok(Pattern::threshold(picture.into(), options))
     }
 }
