@@ -21,11 +21,11 @@ thread_local! {
 ///
 /// What `work` leaves half done must not be used after that.
 ///
-/// # Errors
-/// What the panic said, where it was, and who gave up.
-///
 /// The first call puts a hook before the process's panic hook that keeps such
 /// a panic off the terminal; every other panic goes to the hook that was there.
+///
+/// # Errors
+/// What the panic said, where it was, and who gave up.
 pub fn attempt<T>(who: &str, work: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -49,7 +49,6 @@ pub fn attempt<T>(who: &str, work: impl FnOnce() -> T) -> Result<T, String> {
         }));
     });
     DEPTH.set(DEPTH.get() + 1);
-    // What a panic leaves half done is not used again: see `Device::attempt`.
     let result = panic::catch_unwind(AssertUnwindSafe(work));
     DEPTH.set(DEPTH.get() - 1);
     result.map_err(|_| {

@@ -134,21 +134,11 @@ impl Device {
     /// [`DeviceError::Device`] where it is lost, or not done within
     /// [`Device::time_limit`].
     pub fn wait(&self) -> Result<(), DeviceError> {
-        self.alive()?;
         let wait = wgpu::PollType::Wait {
             submission_index: None,
             timeout: Some(self.time_limit()),
         };
-        match attempt("wgpu", || self.wgpu().poll(wait)) {
-            Ok(Ok(_)) => self.alive(),
-            Ok(Err(wgpu::PollError::Timeout)) => Err(self.lose(format!(
-                "it has not finished within {} s; give it longer with the environment variable {}",
-                self.time_limit().as_secs_f64(),
-                crate::TIME_LIMIT
-            ))),
-            Ok(Err(error)) => Err(self.lose(error.to_string())),
-            Err(message) => Err(self.lose(message)),
-        }
+        self.polled(wait).map(|_| ())
     }
 
     /// Has the device tell what it has done, without waiting; whether that is all
@@ -157,9 +147,20 @@ impl Device {
     /// # Errors
     /// [`DeviceError::Device`] where it is lost.
     pub fn poll(&self) -> Result<bool, DeviceError> {
+        self.polled(wgpu::PollType::Poll)
+            .map(|status| status.is_queue_empty())
+    }
+
+    /// Polls; a device that fails at it is lost.
+    fn polled(&self, poll: wgpu::PollType) -> Result<wgpu::PollStatus, DeviceError> {
         self.alive()?;
-        match attempt("wgpu", || self.wgpu().poll(wgpu::PollType::Poll)) {
-            Ok(Ok(status)) => self.alive().map(|()| status.is_queue_empty()),
+        match attempt("wgpu", || self.wgpu().poll(poll)) {
+            Ok(Ok(status)) => self.alive().map(|()| status),
+            Ok(Err(wgpu::PollError::Timeout)) => Err(self.lose(format!(
+                "it has not finished within {} s; give it longer with the environment variable {}",
+                self.time_limit().as_secs_f64(),
+                crate::TIME_LIMIT
+            ))),
             Ok(Err(error)) => Err(self.lose(error.to_string())),
             Err(message) => Err(self.lose(message)),
         }

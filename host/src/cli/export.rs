@@ -3,7 +3,7 @@
 use super::session::{Loaded, inputs, load, say_plans};
 use super::{ExportArguments, Language, Written, say};
 use relievo::Error;
-use relievo::export::{ExportedFile, Options, Output, Target, export};
+use relievo::export::{ExportedFile, Options, Output, Target, contents, export};
 use relievo::file::write_folder;
 use relievo::scene::Scene;
 use std::path::Path;
@@ -23,10 +23,7 @@ pub fn run(arguments: &ExportArguments) -> anyhow::Result<()> {
     let files = export(&prepared, &options).map_err(Error::from)?;
     let folder = &arguments.output;
     check_inputs(&scene, folder, &files)?;
-    let contents = files
-        .iter()
-        .map(|file| (file.name.as_str(), file.bytes.as_slice()));
-    write_folder(folder, contents)?;
+    write_folder(folder, contents(&files))?;
     let bytes: usize = files.iter().map(|file| file.bytes.len()).sum();
     say(format_args!(
         "{}: {} files, {bytes} bytes; see {}",

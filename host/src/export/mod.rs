@@ -144,6 +144,13 @@ pub struct ExportedFile {
     pub bytes: Vec<u8>,
 }
 
+/// Names and contents, as [`crate::file::write_folder`] takes them.
+pub fn contents(files: &[ExportedFile]) -> impl Iterator<Item = (&str, &[u8])> + Clone {
+    files
+        .iter()
+        .map(|file| (file.name.as_str(), file.bytes.as_slice()))
+}
+
 /// What cannot be exported.
 #[derive(Debug, thiserror::Error)]
 pub enum ExportError {

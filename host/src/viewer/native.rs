@@ -4,7 +4,7 @@ use super::Viewer;
 use super::platform::Platform;
 use super::probe::Probe;
 use crate::Error;
-use crate::export::ExportedFile;
+use crate::export::{ExportedFile, contents};
 use crate::file::{write_bytes, write_folder};
 use crate::render::RenderError;
 use crate::scene::Scene;
@@ -133,10 +133,7 @@ impl Platform for Desktop {
 
     fn save_folder(&mut self, name: &str, files: &[ExportedFile]) -> Result<String, String> {
         let folder = self.folder.join(name);
-        let contents = files
-            .iter()
-            .map(|file| (file.name.as_str(), file.bytes.as_slice()));
-        write_folder(&folder, contents).map_err(|error| error.to_string())?;
+        write_folder(&folder, contents(files)).map_err(|error| error.to_string())?;
         Ok(folder.display().to_string())
     }
 
