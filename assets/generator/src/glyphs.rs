@@ -4,8 +4,8 @@ use glam::DVec2;
 
 use crate::sdf;
 
-/// A path of the pen's centre. Coordinates in pixels, y down, from the top left
-/// corner of the letter's skeleton.
+/// A path of the pen's centre, in pixels from the top left corner of the letter's
+/// skeleton, y down.
 enum Stroke {
     /// From one point to another.
     Line(DVec2, DVec2),
@@ -15,7 +15,7 @@ enum Stroke {
     Stadium(DVec2),
 }
 
-/// The letters that the patterns use.
+/// The letters of the patterns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Letter {
     E,
@@ -30,7 +30,7 @@ pub enum Letter {
 pub struct Glyph(Vec<Stroke>);
 
 impl Glyph {
-    /// The letter whose skeleton is `size` pixels wide and high.
+    /// Creates a letter whose skeleton is `size` pixels wide and high.
     pub fn new(letter: Letter, size: DVec2) -> Self {
         let DVec2 { x: w, y: h } = size;
         let line = |x0, y0, x1, y1| Stroke::Line(DVec2::new(x0, y0), DVec2::new(x1, y1));
@@ -61,7 +61,7 @@ impl Glyph {
         Self(strokes)
     }
 
-    /// Distance in pixels from `point` to the skeleton.
+    /// Returns the distance in pixels from `point` to the skeleton.
     pub fn distance(&self, point: DVec2) -> f64 {
         self.0
             .iter()

@@ -1,8 +1,8 @@
 //! Writes the meshes and patterns of `assets/`.
 //!
 //! `cargo run -p relievo-assets [-- OUT_DIR]` writes `OUT_DIR/meshes/*.obj` and
-//! `OUT_DIR/patterns/*.png`; without `OUT_DIR` it renews the committed files.
-//! Two runs of one build write the same bytes.
+//! `OUT_DIR/patterns/*.png`; without `OUT_DIR` it updates the committed files. The
+//! output is deterministic.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -15,19 +15,19 @@ mod patterns;
 mod sdf;
 mod shapes;
 
-/// One file that the program writes.
+/// A file to write.
 struct Asset {
     /// Path relative to the output directory.
     path: String,
-    /// The whole content.
+    /// Content of the file.
     bytes: Vec<u8>,
 }
 
-/// All files, in memory.
+/// Returns all files.
 ///
 /// # Errors
 ///
-/// When a pattern cannot be encoded as PNG.
+/// If a pattern cannot be encoded as PNG.
 fn generate() -> Result<Vec<Asset>> {
     let mut assets = Vec::new();
     for mesh in shapes::all() {
@@ -45,7 +45,7 @@ fn generate() -> Result<Vec<Asset>> {
     Ok(assets)
 }
 
-/// The assets folder that holds this generator.
+/// Returns the assets folder that contains this generator.
 fn default_directory() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("..")
 }
@@ -73,7 +73,7 @@ fn main() -> Result<()> {
     let directory = arguments
         .next()
         .map_or_else(default_directory, PathBuf::from);
-    // No option exists, so what looks like one must not become a folder.
+    // There are no options: an argument like one is not a folder.
     if directory.to_string_lossy().starts_with('-') || arguments.next().is_some() {
         bail!("usage: cargo run -p relievo-assets [-- OUT_DIR]");
     }
@@ -94,8 +94,8 @@ mod tests {
         }
     }
 
-    /// Meshes are compared by line, so that a checkout with CRLF passes, and
-    /// patterns by pixel, so that a new PNG encoder does not matter.
+    /// Compares meshes by line, so that a checkout with CRLF passes, and patterns by
+    /// pixel, so that the PNG encoder does not matter.
     #[test]
     fn committed_files_are_what_the_generator_makes() {
         let advice = "run `cargo run -p relievo-assets` and commit the result";

@@ -15,13 +15,13 @@ pub struct Corner {
 
 /// A triangle mesh with smooth normals.
 ///
-/// A position at a texture seam stands once, with one normal; only its texture
-/// coordinates are doubled. So the surface stays closed without any welding.
+/// Positions at a texture seam are not duplicated, only their texture coordinates.
+/// So the surface is closed without welding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Mesh {
     /// Name of the object and of its file, without extension.
     pub name: &'static str,
-    /// What it is, in one line.
+    /// Description in one line.
     pub description: &'static str,
     /// Positions in object units.
     pub positions: Vec<DVec3>,
@@ -34,7 +34,8 @@ pub struct Mesh {
 }
 
 impl Mesh {
-    /// The mesh as a Wavefront OBJ file, with eight decimals and `\n` line ends.
+    /// Returns the mesh as a Wavefront OBJ file, with eight decimals and `\n` line
+    /// ends.
     pub fn to_obj(&self) -> String {
         let mut lines = vec![
             format!(
@@ -61,12 +62,12 @@ impl Mesh {
     }
 }
 
-/// One line of numbers with eight decimals.
+/// Formats one line of numbers with eight decimals.
 fn record(keyword: &str, numbers: &[f64]) -> String {
     let mut line = keyword.to_owned();
     for number in numbers {
-        // Adding +0 turns −0 into 0: a rounding residue of either sign must
-        // not show in the file.
+        // Adding +0 turns −0 into 0, so that the sign of rounding errors is not in
+        // the file.
         let rounded = (number * 1e8).round() / 1e8 + 0.0;
         write!(line, " {rounded:.8}").expect("a String takes any text");
     }

@@ -1,5 +1,5 @@
-//! The binary patterns. What is extruded is black (0), the rest white (255);
-//! every pattern repeats in both directions without a seam.
+//! The binary patterns. Extruded pixels are black (0), the others white (255).
+//! Every pattern repeats in both directions without a seam.
 
 use anyhow::{Context, Result};
 use glam::DVec2;
@@ -18,8 +18,8 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Asks `black` at the centre of every pixel; coordinates in pixels, y down
-    /// from the top left corner of the image.
+    /// Draws a pattern by evaluating `black` at the centre of every pixel, in pixels
+    /// from the top left corner of the image, y down.
     fn draw(
         name: &'static str,
         (width, height): (u32, u32),
@@ -32,11 +32,11 @@ impl Pattern {
         Self { name, image }
     }
 
-    /// The pattern as an 8-bit grayscale PNG file.
+    /// Returns the pattern as an 8-bit grayscale PNG file.
     ///
     /// # Errors
     ///
-    /// When the encoder fails.
+    /// If the encoder fails.
     pub fn to_png(&self) -> Result<Vec<u8>> {
         let mut bytes = Vec::new();
         PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::NoFilter)
@@ -51,7 +51,7 @@ impl Pattern {
     }
 }
 
-/// All patterns.
+/// Returns all patterns.
 pub fn all() -> Vec<Pattern> {
     vec![
         letters(),
@@ -63,13 +63,13 @@ pub fn all() -> Vec<Pattern> {
     ]
 }
 
-/// `point` relative to the centre of its cell, where cells of `size` fill the
-/// plane from the origin.
+/// Returns `point` relative to the centre of its cell, in a grid of cells of `size`
+/// that starts at the origin.
 fn in_cell(point: DVec2, size: DVec2) -> DVec2 {
     point - ((point / size).floor() + 0.5) * size
 }
 
-/// The name of the project in two rows, as wide as each other.
+/// The name of the project in two rows of equal width.
 fn letters() -> Pattern {
     /// Half the width of the pen.
     const PEN: f64 = 36.0;
@@ -103,9 +103,8 @@ fn letters() -> Pattern {
 
 /// A honeycomb: the walls between hexagons with corners to the left and right.
 fn hexagons() -> Pattern {
-    // Two hexagons per cell, at its centre and at its corners. A regular
-    // hexagon wants a cell of √3:1; 256:148 is 0.13 % off, and makes the
-    // period a whole number of pixels.
+    // Two hexagons per cell, at its centre and at its corners. Regular hexagons
+    // have cells of √3:1; 256:148 differs by 0.13 %, for a period of whole pixels.
     const CELL: DVec2 = DVec2::new(256.0, 148.0);
     const WALL: f64 = 28.0;
     let regular = DVec2::new(3.0_f64.sqrt() * CELL.y, CELL.y);
@@ -148,7 +147,7 @@ fn windows() -> Pattern {
     const LEDGE: f64 = 28.0;
     const CORNER: f64 = 6.0;
     let half_frame = FRAME / 2.0;
-    // The horizontal bar divides the frame one to two.
+    // The horizontal bar divides the frame 1:2.
     let transom = -FRAME.y / 6.0;
     Pattern::draw("windows", (1024, 512), |point| {
         let offset = in_cell(point, CELL);
@@ -168,7 +167,7 @@ fn lattice() -> Pattern {
     const BAR: f64 = 46.0;
     const CORNER: f64 = 20.0;
     Pattern::draw("lattice", (1024, 1024), |point| {
-        // Turned by 45° and grown by √2 the holes are squares on a square grid.
+        // Rotated by 45° and scaled by √2, the holes are squares on a square grid.
         let turned = DVec2::new(point.x + point.y, point.y - point.x);
         let offset = in_cell(turned, DVec2::splat(PERIOD)) / 2.0_f64.sqrt();
         let half_hole = DVec2::splat((PERIOD / 2.0_f64.sqrt() - BAR) / 2.0);
@@ -194,8 +193,8 @@ mod tests {
     }
 
     #[test]
-    fn sizes_and_shares_of_black_are_as_designed() {
-        // (name, size, least and greatest share of black)
+    fn sizes_and_fractions_of_black_are_as_designed() {
+        // (name, size, smallest and largest fraction of black)
         let expected = [
             ("letters", (1024, 1024), 0.25, 0.45),
             ("hexagons", (1024, 592), 0.30, 0.40),
@@ -229,8 +228,8 @@ mod tests {
         }
     }
 
-    /// Shifted around the torus by a vector of its lattice a pattern is itself,
-    /// so what is at the seam is also in the middle of the image.
+    /// A pattern shifted by a vector of its lattice (wrapping around) is unchanged, so
+    /// the seam looks like the middle of the image.
     #[test]
     fn lattice_patterns_repeat_across_the_seam() {
         let shifts = [
@@ -267,7 +266,7 @@ mod tests {
         }
     }
 
-    /// Four-connected black regions, counted on the torus.
+    /// Counts the four-connected black regions on the torus.
     fn black_regions(image: &GrayImage) -> usize {
         let (width, height) = image.dimensions();
         let mut unseen = GrayImage::from_fn(width, height, |x, y| *image.get_pixel(x, y));

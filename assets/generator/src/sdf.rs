@@ -1,37 +1,38 @@
-//! Signed distances to plane figures: negative inside, in the unit of the
-//! arguments. Only exactly rounded operations are used (no trigonometry), so
-//! that every machine draws the same pixels.
+//! Signed distances to 2D shapes, negative inside, in the unit of the arguments.
+//! Uses correctly rounded operations only (no trigonometry), so that every machine
+//! draws the same pixels.
 
 use glam::DVec2;
 
-/// Distance to the segment from `a` to `b`.
+/// Returns the distance to the segment from `a` to `b`.
 pub fn segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
     let along = b - a;
     let t = ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
     point.distance(a + along * t)
 }
 
-/// Distance to the half of the circle that lies right of its centre.
+/// Returns the distance to the half of the circle to the right of its centre.
 pub fn right_half_circle(point: DVec2, centre: DVec2, radius: f64) -> f64 {
     let offset = point - centre;
     if offset.x >= 0.0 {
         (offset.length() - radius).abs()
     } else {
-        // Left of the centre the nearest point is one of the two ends.
+        // To the left of the centre the nearest point is one of the ends.
         DVec2::new(offset.x, offset.y.abs() - radius).length()
     }
 }
 
-/// Signed distance to a rectangle around the origin with rounded corners.
-/// `half_size` includes the corners; `radius` is at most the smaller half.
+/// Returns the signed distance to a rectangle around the origin with rounded
+/// corners. `half_size` includes the corners; `radius` is at most its smaller
+/// component.
 pub fn rounded_rectangle(point: DVec2, half_size: DVec2, radius: f64) -> f64 {
     let corner = point.abs() - (half_size - radius);
     corner.max(DVec2::ZERO).length() + corner.max_element().min(0.0) - radius
 }
 
-/// Signed distance to the sides (extended at the corners) of a regular hexagon
-/// around the origin with corners on the x axis. `apothem` is the distance from
-/// the centre to a side.
+/// Returns the signed distance to the nearest side line of a regular hexagon around
+/// the origin with corners on the x axis. `apothem` is the distance from the centre
+/// to a side.
 pub fn hexagon(point: DVec2, apothem: f64) -> f64 {
     let point = point.abs();
     let slanted = DVec2::new(3.0_f64.sqrt() / 2.0, 0.5);

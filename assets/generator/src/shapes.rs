@@ -1,8 +1,8 @@
 //! The meshes: torus, sphere, cylinder, plane, ellipsoid, saddle and a smooth
 //! organic shape.
 //!
-//! All have y up, u to the right and v up when seen from outside, so that
-//! ∂p/∂u × ∂p/∂v points out and images are not mirrored.
+//! y is up. Seen from outside, u increases to the right and v upwards, so that
+//! ∂p/∂u × ∂p/∂v points outwards and images are not mirrored.
 
 use std::f64::consts::{PI, TAU};
 
@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3};
 
 use crate::mesh::{Corner, Mesh};
 
-/// All meshes.
+/// Returns all meshes.
 pub fn all() -> Vec<Mesh> {
     vec![
         torus(),
@@ -32,7 +32,7 @@ struct Grid {
     description: &'static str,
     /// Quads along u and along v.
     quads: (usize, usize),
-    /// Whether u = 1 is the same line of the surface as u = 0, and v likewise.
+    /// Whether the surface is closed along u (u = 1 is u = 0) and along v.
     closed: (bool, bool),
 }
 
@@ -76,19 +76,20 @@ impl Grid {
     }
 }
 
-/// The unit vector at `angle` (radians) around the y axis, from +z towards +x.
+/// Returns the unit vector at `angle` (radians) around the y axis, from +z towards
+/// +x.
 fn around_y(angle: f64) -> DVec3 {
     DVec3::new(angle.sin(), 0.0, angle.cos())
 }
 
-/// The direction with longitude 2πu and latitude π(v − ½).
+/// Returns the direction with longitude 2πu and latitude π(v − ½).
 fn spherical(uv: DVec2) -> DVec3 {
     let latitude = PI * (uv.y - 0.5);
     around_y(TAU * uv.x) * latitude.cos() + DVec3::Y * latitude.sin()
 }
 
-/// Torus around the y axis; u runs around the major circle, v around the minor
-/// one, from the outer equator upwards.
+/// Returns a torus around the y axis; u increases around the major circle, v around
+/// the minor one, from the outer equator upwards.
 fn torus() -> Mesh {
     const MAJOR_RADIUS: f64 = 1.0;
     const MINOR_RADIUS: f64 = 0.4;
@@ -106,7 +107,7 @@ fn torus() -> Mesh {
     })
 }
 
-/// Cylinder without caps around the y axis, from y = −1.5 (v = 0) to 1.5.
+/// Returns a cylinder without caps around the y axis, from y = −1.5 (v = 0) to 1.5.
 fn cylinder() -> Mesh {
     const HEIGHT: f64 = 3.0;
     Grid {
@@ -121,7 +122,7 @@ fn cylinder() -> Mesh {
     })
 }
 
-/// Square in the xz plane; u runs along +x, v along −z.
+/// Returns a square in the xz plane; u increases along +x, v along −z.
 fn plane() -> Mesh {
     const SIDE: f64 = 2.0;
     Grid {
@@ -136,16 +137,16 @@ fn plane() -> Mesh {
     })
 }
 
-/// A surface that is seen from the origin once in each direction, over `slices`
-/// of longitude and `stacks` of latitude. The outermost stacks are triangles;
-/// at a pole each has a texture coordinate of its own, in the middle of its slice.
+/// Returns a star-shaped surface around the origin with `slices` of longitude and
+/// `stacks` of latitude. The outermost stacks are triangles; at a pole each has its
+/// own texture coordinate, in the middle of its slice.
 fn star_shaped(
     name: &'static str,
     description: &'static str,
     (slices, stacks): (usize, usize),
     surface: impl Fn(DVec3) -> SurfacePoint,
 ) -> Mesh {
-    // The ring vertices lie `inner` quads apart; the poles come after them.
+    // The ring vertices are `inner` quads apart; the poles follow them.
     let inner = stacks - 2;
     let mut mesh = Grid {
         name,
@@ -187,7 +188,8 @@ fn star_shaped(
     mesh
 }
 
-/// Unit sphere; u is the longitude from +z towards +x, v the latitude from −y.
+/// Returns the unit sphere; u is the longitude from +z towards +x, v the latitude
+/// from −y.
 fn sphere() -> Mesh {
     star_shaped(
         "sphere",
@@ -197,10 +199,10 @@ fn sphere() -> Mesh {
     )
 }
 
-/// Half the width, height and length of the ellipsoid.
+/// Semi-axes of the ellipsoid along x, y and z.
 const ELLIPSOID_AXES: DVec3 = DVec3::new(1.2, 0.8, 1.0);
 
-/// The unit sphere, texture included, stretched along the axes.
+/// Returns the unit sphere, scaled along the axes with its texture.
 fn ellipsoid() -> Mesh {
     star_shaped(
         "ellipsoid",
@@ -215,10 +217,11 @@ fn ellipsoid() -> Mesh {
     )
 }
 
-/// Height of the saddle over x² − z².
+/// Factor of x² − z² in the saddle's height.
 const SADDLE_RISE: f64 = 0.3;
 
-/// The surface y = 0.3 (x² − z²) over a square; u runs along +x, v along −z.
+/// Returns the surface y = 0.3 (x² − z²) over a square; u increases along +x, v
+/// along −z.
 fn saddle() -> Mesh {
     const SIDE: f64 = 2.0;
     Grid {
@@ -242,7 +245,7 @@ fn saddle() -> Mesh {
 const BLOB_RADIUS: f64 = 0.9;
 
 /// Lobes of the blob: amplitude (object units), wave vector (radians per unit
-/// of direction) and phase (radians). The first two make a pear of a sphere.
+/// of direction) and phase (radians). The first two make the sphere a pear.
 const BLOB_LOBES: [(f64, DVec3, f64); 5] = [
     (-0.14, DVec3::new(0.0, 2.2, 0.0), PI / 2.0),
     (-0.10, DVec3::new(0.0, 3.0, 0.0), 0.0),
@@ -251,7 +254,7 @@ const BLOB_LOBES: [(f64, DVec3, f64); 5] = [
     (0.045, DVec3::new(2.4, -2.0, -2.6), 4.1),
 ];
 
-/// The blob in a unit direction. The surface is |p| = r(p/|p|), so its normal is
+/// Returns the blob in a unit direction. The surface is |p| = r(p/|p|), so its normal is
 /// along the gradient d − (∇r − (∇r·d) d)/|p| of |p| − r(p/|p|).
 fn blob_surface(direction: DVec3) -> SurfacePoint {
     let mut radius = BLOB_RADIUS;
@@ -266,7 +269,7 @@ fn blob_surface(direction: DVec3) -> SurfacePoint {
     (direction * radius, normal)
 }
 
-/// A pear with gentle bumps: a sphere whose radius is a sum of sines.
+/// Returns a pear with gentle bumps: a sphere whose radius is a sum of sines.
 fn blob() -> Mesh {
     star_shaped(
         "blob",
@@ -286,10 +289,10 @@ mod tests {
         mesh.positions[corner.vertex]
     }
 
-    /// Edges by welded position. For each direction in which a triangle runs
-    /// along an edge: the texture coordinates at its two ends.
+    /// Edges by welded position, with the texture coordinates at both ends for each
+    /// triangle along the edge.
     fn edges(mesh: &Mesh) -> HashMap<(usize, usize), Vec<(DVec2, DVec2)>> {
-        // Welded here by value, so that a doubled position cannot hide.
+        // Welded by value, to detect duplicated positions.
         let mut first = HashMap::new();
         let welded: Vec<usize> = mesh
             .positions
@@ -392,7 +395,7 @@ mod tests {
                 let [a, b, c] = t.map(|corner| mesh.uvs[corner.uv]);
                 let area = (b - a).perp_dot(c - a);
                 assert!(area > 0.0, "{}: area {area} in uv", mesh.name);
-                // No triangle reaches back across the image.
+                // No triangle wraps around across the image.
                 let size = a.max(b).max(c) - a.min(b).min(c);
                 assert!(size.max_element() <= 0.5, "{}: {size}", mesh.name);
             }
@@ -416,10 +419,11 @@ mod tests {
         }
     }
 
-    /// Volume by the divergence theorem: positive only if faces look out.
+    /// Computes the volume by the divergence theorem: positive only if faces point
+    /// outwards.
     #[test]
     fn closed_meshes_enclose_the_volume_they_should() {
-        // (name, least and greatest volume); exact: 2π²·0.4² = 3.158, 4π/3 = 4.189, 0.96 · 4π/3 = 4.021.
+        // (name, smallest and largest volume); exact: 2π²·0.4² = 3.158, 4π/3 = 4.189, 0.96 · 4π/3 = 4.021.
         for (name, least, greatest) in [
             ("torus", 3.08, 3.158),
             ("sphere", 4.10, 4.189),
@@ -470,9 +474,9 @@ mod tests {
         }
     }
 
-    /// Greatest curvature of the blob's surface in any direction around
-    /// `direction`, and the greatest cosine of its normal to its tangents; both
-    /// from central differences.
+    /// Returns the largest curvature of the blob in any direction at `direction`, and
+    /// the largest cosine between its normal and its tangents, both by central
+    /// differences.
     fn blob_differences(direction: DVec3) -> (f64, f64) {
         const STEP: f64 = 1e-5;
         let (t, b) = direction.any_orthonormal_pair();
