@@ -1,14 +1,13 @@
-//! The accurate tier against its judge, an independent search of every prism in
-//! f64, in views of all kinds and of all meshes.
+//! The accurate tier against its oracle, an independent f64 search of every
+//! prism, for views of all kinds and all meshes.
 //!
-//! A pixel is wrong unless the judge says the same of its ray: a hit or none,
-//! at the same distance. Where it does not, only two things are no error. A ray
-//! may pass an edge so closely that rounding decides: then the judge gives the
-//! found answer for a ray moved by at most a hundredth of a pixel. And the
-//! renderer follows rays that come into the shell from outside only, while the
-//! judge, which asks each prism alone, also answers for some of those that came
-//! up through the floor: then what counts is the first of its hits that is met
-//! from outside.
+//! A pixel is wrong unless the oracle agrees on its ray: a miss, or a hit at
+//! the same distance. Two kinds of disagreement are excused. A ray may pass an
+//! edge so closely that rounding decides; then the oracle must give the
+//! renderer's answer for a ray moved by at most a hundredth of a pixel. And the
+//! oracle, which searches each prism alone, also finds hits of rays that enter
+//! the shell through the floor, which the renderer does not follow; then the
+//! first hit reached from outside counts.
 //!
 //! With the environment variable RELIEVO_LONG=1 each mesh is seen from 200
 //! places instead of a few.
@@ -29,7 +28,7 @@ use std::fmt::{self, Write};
 use std::ops::AddAssign;
 use std::path::Path;
 
-/// Numbers that look random and are the same in every run (splitmix64).
+/// Pseudorandom numbers, the same in every run (splitmix64).
 struct Random(u64);
 
 impl Random {
@@ -44,7 +43,7 @@ impl Random {
         low + (high - low) * (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
-    /// Evenly distributed in its logarithm.
+    /// Uniform in its logarithm.
     fn magnitude(&mut self, low: f64, high: f64) -> f64 {
         self.within(low.ln(), high.ln()).exp()
     }
@@ -63,7 +62,7 @@ impl Random {
     }
 }
 
-/// Scene files and what they name, in a folder of their own.
+/// Scene files and their assets in a temporary folder.
 struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -90,8 +89,8 @@ fn prepared(text: &str, path: &Path) -> PreparedScene {
     prepare(&scene, &|_| ()).unwrap_or_else(|error| panic!("{error}"))
 }
 
-/// Steps of the search: the default ones run out along the surface, which
-/// counts as a hit there, but not for the judge.
+/// Search steps: the default number runs out along the surface, which the
+/// renderer counts as a hit and the oracle does not.
 const STEPS: u32 = 1000;
 
 /// One object of the accurate tier, 0.08 deep, with the lines `more`.
@@ -101,7 +100,7 @@ fn object(mesh: &str, pattern: &str, repeat: [f64; 2], more: &str) -> String {
     )
 }
 
-/// The same for a mesh and a pattern of the project.
+/// The same for a mesh and a pattern in `assets/`.
 fn asset_scene(mesh: &str, pattern: &str, repeat: [f64; 2], more: &str) -> PreparedScene {
     let mesh = format!("../meshes/{mesh}");
     let pattern = format!("../patterns/{pattern}");
@@ -111,18 +110,18 @@ fn asset_scene(mesh: &str, pattern: &str, repeat: [f64; 2], more: &str) -> Prepa
     )
 }
 
-/// Where a picture is taken from: relative to the scene's origin.
+/// A camera, relative to the scene's origin.
 #[derive(Clone, Copy, Debug)]
-struct View {
+struct Viewpoint {
     eye: DVec3,
     forward: DVec3,
     /// Vertical field of view, degrees.
     fov: f64,
 }
 
-impl View {
-    fn towards(eye: DVec3, target: DVec3, fov: f64) -> View {
-        View {
+impl Viewpoint {
+    fn towards(eye: DVec3, target: DVec3, fov: f64) -> Viewpoint {
+        Viewpoint {
             eye,
             forward: (target - eye).normalize(),
             fov,
@@ -139,25 +138,25 @@ impl View {
     }
 }
 
-/// What became of the pixels of some pictures.
+/// Counts of the pixels of some pictures.
 #[derive(Clone, Copy, Debug, Default)]
 struct Count {
     pixels: usize,
     hits: usize,
-    /// Rays whose answer of the judge came up through the floor.
+    /// Rays that the oracle follows through the floor.
     from_behind: usize,
-    /// Rays so near to the floor that f32 takes them to be on it.
+    /// Rays so near to the floor that f32 places them on it.
     at_floor: usize,
-    /// Rounding decides.
+    /// Decided by rounding.
     excused: usize,
-    /// Rays that begin in a column: what the near plane cuts away is no hit.
+    /// Rays that start in a column: what the near plane cuts is no hit.
     in_front: usize,
-    /// Rays whose steps ran out, which counts as a hit.
+    /// Rays that ran out of steps, which counts as a hit.
     ran_out: usize,
-    /// Rays that run in the plane of a flat cap, of which it is a matter of
-    /// taste whether they meet it (section 10: on the pattern, the cap is hit).
+    /// Rays in the plane of a flat cap, where either answer is right (section
+    /// 10: on the pattern, the cap is hit).
     along_cap: usize,
-    /// Another class of surface at the same place.
+    /// Another class at the same place.
     other_class: usize,
     holes: usize,
     extra: usize,
@@ -240,7 +239,7 @@ impl Ray {
         self.eye + self.direction * t
     }
 
-    /// When the ray is in the ball around `centre`.
+    /// Parameters where the ray is in the ball around `centre`.
     fn in_ball(&self, centre: DVec3, radius: f64) -> Option<(f64, f64)> {
         let middle = (centre - self.eye).dot(self.direction);
         let apart = self.at(middle).distance_squared(centre);
@@ -250,12 +249,12 @@ impl Ray {
     }
 }
 
-/// Distances differ by less than this share, beside an absolute one: anything
-/// else meets something else.
+/// Largest relative difference of distances, in addition to an absolute one,
+/// for the same hit.
 const SAME_SHARE: f64 = 1e-3;
 const SAME: f64 = 1e-4;
 
-/// Whether `sample` is what a rendering found: `class` at `t`.
+/// Whether `sample` matches a rendered hit: `class` at `t`.
 fn agrees(sample: Sample, class: u32, t: f64) -> bool {
     if sample.is_hit() && class != CLASS_MISS {
         (sample.t - t).abs() <= SAME + SAME_SHARE * sample.t
@@ -264,10 +263,10 @@ fn agrees(sample: Sample, class: u32, t: f64) -> bool {
     }
 }
 
-/// How far a ray may be moved to find a rendering's answer, pixels.
+/// Largest displacement of a ray to find the rendered answer, pixels.
 const EXCUSE: [f64; 3] = [0.01, 0.004, 0.001];
 
-/// Whether `trace` gives the found answer for a ray near that of pixel (`x`, `y`).
+/// Whether `trace` gives the rendered answer for a ray near pixel (`x`, `y`).
 fn is_excused(
     frame: &double::layout::Frame,
     (x, y): (f64, f64),
@@ -283,29 +282,29 @@ fn is_excused(
     })
 }
 
-/// Length of the steps in which the way of a ray is looked at: a 64th of the depth.
+/// Step along the ray, as a fraction of the depth.
 const LOOK: f64 = 0.08 / 64.0;
 
-/// In f32, δ from 1 − 2e-4 on is the floor (section 6 of the algorithm); with a
-/// share for rounding.
+/// In f32, δ from 1 − 2e-4 on is the floor (section 6); with a margin for
+/// rounding.
 const NEARLY_FLOOR: f64 = 1.0 - 2.5e-4;
 
-/// The judge of one scene.
-struct Judge<'a> {
+/// The oracle of one scene.
+struct Checker<'a> {
     scene: &'a PreparedScene,
     oracle: MeshOracle<'a>,
-    prisms: Vec<(double::layout::Shell, double::prism::Prism)>,
+    prisms: Vec<(double::layout::PrismData, double::prism::Prism)>,
 }
 
-impl<'a> Judge<'a> {
-    fn new(scene: &'a PreparedScene) -> Judge<'a> {
+impl<'a> Checker<'a> {
+    fn new(scene: &'a PreparedScene) -> Checker<'a> {
         let mut prisms = Vec::new();
         for object in &scene.objects {
             let depth = f64::from(object.parameters.depth);
             let shells = object.shells.iter().map(wide_shell);
             prisms.extend(shells.map(|shell| (shell, double::prism::Prism::new(&shell, depth))));
         }
-        Judge {
+        Checker {
             scene,
             oracle: MeshOracle::new(scene),
             prisms,
@@ -337,8 +336,8 @@ impl<'a> Judge<'a> {
         near.iter().filter_map(depth_in).collect()
     }
 
-    /// Whether the ray is in the shell for some way before `t`, and came into it
-    /// through the floor.
+    /// Whether the ray is in the shell just before `t`, having entered through
+    /// the floor.
     fn came_through_floor(&self, near: &[usize], ray: Ray, t: f64) -> bool {
         let mut t = t + 0.01 * LOOK;
         let mut last: Option<(f64, f64)> = None;
@@ -349,13 +348,15 @@ impl<'a> Judge<'a> {
                 .into_iter()
                 .min_by(|a, b| (a - expected).abs().total_cmp(&(b - expected).abs()));
             match (nearest, last) {
-                // The hit itself is on the floor, and the first look behind it.
+                // The hit itself is on the floor; the first sample is behind
+                // it.
                 (Some(depth), None) if depth < 1.0005 => last = Some((depth, 0.0)),
                 (Some(depth), _) if depth >= 1.0 => return true,
                 (Some(depth), _) if depth <= 0.0 => return false,
                 (Some(depth), None) => last = Some((depth, 0.0)),
                 (Some(depth), Some((before, _))) => last = Some((depth, depth - before)),
-                // Out through a side where the surface ends, or the floor there.
+                // Left through a side where the surface ends, or through the
+                // floor.
                 (None, _) => return expected > 1.0,
             }
             t -= LOOK;
@@ -363,7 +364,8 @@ impl<'a> Judge<'a> {
         false
     }
 
-    /// The first hit of a ray that comes into the shell from outside, or starts in it.
+    /// The first hit of a ray that enters the shell from outside or starts in
+    /// it.
     fn met_from_outside(&self, ray: Ray) -> Sample {
         let ways: Vec<(usize, (f64, f64))> = (0..self.prisms.len())
             .filter_map(|i| {
@@ -406,8 +408,8 @@ impl<'a> Judge<'a> {
         Sample::MISS
     }
 
-    /// Whether the found answer, `class` at `t`, is that the ray has met the
-    /// floor before `truth`, where it was so near to it that f32 must not tell.
+    /// Whether the rendered answer, `class` at `t`, is a hit of the floor
+    /// before `truth`, where the ray is too near to the floor for f32 to tell.
     fn met_floor_before(&self, ray: Ray, truth: Sample, class: u32, t: f64) -> bool {
         let all: Vec<usize> = (0..self.prisms.len()).collect();
         let is_near = |t: f64| {
@@ -422,18 +424,18 @@ impl<'a> Judge<'a> {
         } else if class == CLASS_FLOOR {
             t < truth.t && is_near(t)
         } else {
-            // Where there is no floor, it is a miss.
+            // Without a floor it is a miss.
             class == CLASS_MISS
                 && self.scene.objects.iter().any(cut_out)
                 && (0..64).any(|i| is_near(truth.t - 0.25 * LOOK * f64::from(i)))
         }
     }
 
-    /// Compares each pixel of a rendering with what is there.
-    fn judge(&self, frame: &Frame, words: &GeometryWords, label: &str) -> Count {
+    /// Compares each pixel of a rendering with the oracle.
+    fn check(&self, frame: &Frame, words: &GeometryWords, label: &str) -> Count {
         let wide = wide_frame(frame);
         let width = words.width as usize;
-        let judge_pixel = |i: usize| {
+        let check_pixel = |i: usize| {
             let place = ((i % width) as f64, (i / width) as f64);
             let ray = Ray::through(&wide, place.0, place.1);
             let truth = self.trace(ray);
@@ -482,27 +484,27 @@ impl<'a> Judge<'a> {
         };
         (0..words.place.len())
             .into_par_iter()
-            .map(judge_pixel)
+            .map(check_pixel)
             .reduce(Count::default, |mut a, b| {
                 a += b;
                 a
             })
     }
 
-    /// Renders `views` and judges them.
-    fn see(&self, label: &str, views: &[View], size: [u32; 2]) -> Count {
+    /// Renders `views` and compares them.
+    fn see(&self, label: &str, views: &[Viewpoint], size: [u32; 2]) -> Count {
         let mut renderer = CpuRenderer::new(self.scene);
         let mut total = Count::default();
         for view in views {
             let frame = view.frame(size);
             let words = renderer.geometry(&frame).unwrap();
-            total += self.judge(&frame, &words, label);
+            total += self.check(&frame, &words, label);
         }
         total
     }
 
-    /// A random point of the shell: its place, the normal there, and whether it
-    /// is clearly outside the columns.
+    /// A random point in the shell, the normal there, and whether it is clearly
+    /// outside the columns.
     fn point_in_shell(&self, random: &mut Random, depth: f64) -> (DVec3, DVec3, bool) {
         let object = &self.scene.objects[0];
         let parameters = wide_object(&object.parameters);
@@ -527,12 +529,12 @@ impl<'a> Judge<'a> {
 
     /// A view of one of four kinds: from around, along the surface, close up,
     /// and from between the columns.
-    fn random_view(&self, random: &mut Random, kind: usize) -> View {
+    fn random_view(&self, random: &mut Random, kind: usize) -> Viewpoint {
         let fov = random.within(30.0, 80.0);
         if kind == 0 {
             let eye = random.direction() * random.magnitude(1.8, 8.0);
             let target = random.direction() * random.within(0.0, 0.8);
-            return View::towards(eye, target, fov);
+            return Viewpoint::towards(eye, target, fov);
         }
         loop {
             let depth = if kind == 3 {
@@ -554,7 +556,7 @@ impl<'a> Judge<'a> {
                 _ => (0.0, tangent + normal * random.within(-1.0, 1.0)),
             };
             if kind != 3 || is_free {
-                return View {
+                return Viewpoint {
                     eye: place + normal * height,
                     forward,
                     fov,
@@ -564,14 +566,14 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// Such shares of the pixels may be decided by rounding, or so near to the floor
-/// that they count as being on it, or out of steps: about three times what was
-/// measured over 200 views of each mesh.
+/// Largest fractions of pixels decided by rounding, placed on the floor by f32,
+/// or out of steps: about three times those measured over 200 views of each
+/// mesh.
 const MOST_EXCUSED: f64 = 5e-4;
 const MOST_AT_FLOOR: f64 = 1e-2;
 const MOST_OUT_OF_STEPS: f64 = 1e-4;
 
-/// Where eyes lie in the planes of triangles, whole lines of pixels graze them.
+/// Where eyes lie in the planes of triangles, whole rows of pixels graze them.
 const MOST_EXCUSED_IN_PLANES: f64 = 0.05;
 
 const KINDS: [&str; 4] = ["around", "along", "close", "inside"];
@@ -601,7 +603,7 @@ fn random_views_have_no_holes() {
         for i in 0..views / 4 {
             let pattern = ["discs", "hexagons", "letters"][i % 3];
             let factor = random.magnitude(0.3, 1.5);
-            // Now and then the pattern breaks off at the seam.
+            // Sometimes the pattern is cut at the seam.
             let whole = random.choose(&[true, true, true, false]);
             let repeat = usual_repeat.map(|repeat| {
                 let repeat = repeat * factor;
@@ -611,26 +613,25 @@ fn random_views_have_no_holes() {
             let cut_out = random.choose(&[true, false, false, false]);
             let more = format!("{technique}\ncut_out = {cut_out}");
             let scene = asset_scene(mesh, pattern, repeat, &more);
-            let judge = Judge::new(&scene);
+            let checker = Checker::new(&scene);
             for (kind, total) in totals.iter_mut().enumerate() {
-                let view = judge.random_view(&mut random, kind);
+                let view = checker.random_view(&mut random, kind);
                 let label = format!("{mesh}, {pattern}, {repeat:?}, {more:?}, {view:?}");
-                *total += judge.see(&label, &[view], [64, 48]);
+                *total += checker.see(&label, &[view], [64, 48]);
             }
         }
         for (kind, total) in KINDS.iter().zip(totals) {
             println!("{mesh}, {kind}: {total}");
             assert_eq!(total.holes, 0, "{total}");
-            // Rays that are nearly tangential and seem to come in: 4 in 3.7 million.
+            // Nearly tangential rays that seem to enter: 4 in 3.7 million.
             seen.push((total, MOST_EXCUSED, usize::from(long)));
         }
     }
     assert_nothing_wrong(&seen);
 }
 
-/// What the judge must find fault with: prisms that do not know their neighbours.
-/// How much an ideal choice between the fast and the accurate tier could leave
-/// to the fast one: pixels, and blocks of the size of a triangle.
+/// How much an ideal choice per triangle between the fast and the accurate tier
+/// could leave to the fast one: pixels, and blocks of the size of a triangle.
 #[test]
 fn most_pixels_but_not_most_triangles_need_no_prisms() {
     const SIZE: [usize; 2] = [800, 600];
@@ -647,7 +648,7 @@ fn most_pixels_but_not_most_triangles_need_no_prisms() {
         (geometry, pixel)
     });
     let [(fast, _), (accurate, pixel)] = &pictures;
-    // By how much a pixel is wrong, pixels along the ray.
+    // Error of a pixel, pixels along the ray.
     let error = |i: usize| {
         let [wrong, right] = [fast, accurate].map(|picture| {
             let t = f64::from(f32::from_bits(picture.place[i][0]));
@@ -688,18 +689,19 @@ fn most_pixels_but_not_most_triangles_need_no_prisms() {
     }
 }
 
+/// Prisms that do not know their neighbours are detected.
 #[test]
 fn a_torn_shell_has_holes() {
     let mut scene = asset_scene("torus", "discs", [24.0, 10.0], "");
     for shell in &mut scene.objects[0].shells {
         shell.neighbours[0] = NO_NEIGHBOUR;
     }
-    let view = View::towards(DVec3::new(0.0, 2.3, 3.4), DVec3::ZERO, 38.0);
+    let view = Viewpoint::towards(DVec3::new(0.0, 2.3, 3.4), DVec3::ZERO, 38.0);
     let words = CpuRenderer::new(&scene)
         .geometry(&view.frame([64, 48]))
         .unwrap();
     let whole = asset_scene("torus", "discs", [24.0, 10.0], "");
-    let count = Judge::new(&whole).judge(&view.frame([64, 48]), &words, "torn");
+    let count = Checker::new(&whole).check(&view.frame([64, 48]), &words, "torn");
     println!("torn: {count}");
     assert!(count.holes > 10, "{count}");
 }
@@ -708,7 +710,7 @@ fn a_torn_shell_has_holes() {
 struct DoubleWalk<'a> {
     frame: double::layout::Frame,
     object: double::layout::Object,
-    shells: Vec<double::layout::Shell>,
+    shells: Vec<double::layout::PrismData>,
     texels: &'a [u32],
 }
 
@@ -723,16 +725,23 @@ impl<'a> DoubleWalk<'a> {
         }
     }
 
-    /// The nearest of all hits, wherever the ray comes in.
+    /// The nearest of all hits, from any side.
     fn trace(&self, ray: Ray) -> Sample {
-        let is_near = |shell: &double::layout::Shell| {
+        let is_near = |shell: &double::layout::PrismData| {
             let centre = DVec3::from(shell.anchor) + DVec3::from(shell.centre);
             ray.in_ball(centre, shell.radius).is_some()
         };
         let search = |home| {
-            let (frame, object) = (&self.frame, &self.object);
-            let shells = self.shells.as_slice();
-            double::shell::trace(frame, object, shells, self.texels, ray.direction, home).hit
+            let ray = double::model::Ray {
+                frame: &self.frame,
+                object: &self.object,
+                direction: ray.direction,
+            };
+            let home = double::model::prisms::Home {
+                prisms: self.shells.as_slice(),
+                index: home,
+            };
+            double::trace::trace::<double::model::Prisms, _, _>(&ray, &home, self.texels, &()).hit
         };
         (0..)
             .zip(&self.shells)
@@ -748,7 +757,7 @@ impl<'a> DoubleWalk<'a> {
     }
 }
 
-/// A picture of what `samples` say.
+/// Geometry words of `samples`.
 fn words_of(samples: &[Sample], [width, height]: [u32; 2]) -> GeometryWords {
     GeometryWords {
         width,
@@ -790,7 +799,7 @@ fn single_precision_agrees_with_double() {
     let mut apart = 0;
     for (mesh, pattern, repeat, eye, more) in cases {
         let scene = asset_scene(mesh, pattern, repeat, more);
-        let view = View::towards(DVec3::from(eye), DVec3::ZERO, 38.0);
+        let view = Viewpoint::towards(DVec3::from(eye), DVec3::ZERO, 38.0);
         let frame = view.frame(size);
         let single = CpuRenderer::new(&scene).geometry(&frame).unwrap();
         let walk = DoubleWalk::new(&scene, &frame);
@@ -820,7 +829,8 @@ fn single_precision_agrees_with_double() {
         }
         let eye = DVec3::from(wide.eye) + scene.origin;
         let truth = Truth::of(&MeshOracle::new(&scene), eye, &frame);
-        let [single, double] = [single, words_of(&samples, size)].map(|words| truth.judge(&words));
+        let [single, double] =
+            [single, words_of(&samples, size)].map(|words| truth.compare(&words));
         println!(
             "{mesh}, {pattern}: {excused} excused, {other_class} of another class; against the oracle IoU {:.6} in f32 and {:.6} in f64, {} and {} interior holes",
             single.silhouette_iou,
@@ -838,7 +848,7 @@ fn single_precision_agrees_with_double() {
 /// A corner of a mesh of these tests: position, texture coordinates, normal.
 type Corner = (DVec3, [f64; 2], DVec3);
 
-/// Triangles as an OBJ file; the program welds equal positions.
+/// Writes triangles as an OBJ file; the program welds equal positions.
 fn obj(triangles: &[[Corner; 3]]) -> String {
     let mut text = String::new();
     for (i, (p, uv, n)) in triangles.iter().flatten().enumerate() {
@@ -859,7 +869,7 @@ fn halves([a, b, c, d]: [Corner; 4]) -> [[Corner; 3]; 2] {
     [[a, b, c], [a, c, d]]
 }
 
-/// A cube with side 2 and hard edges; every face has the whole texture.
+/// A cube of side 2 with hard edges; every face has the whole texture.
 fn cube() -> Vec<[Corner; 3]> {
     let mut triangles = Vec::new();
     for axis in 0..3 {
@@ -900,8 +910,8 @@ fn capped_cylinder() -> Vec<[Corner; 3]> {
     triangles
 }
 
-/// A bent sheet of four by four squares, with texture coordinates as `uv` makes
-/// them of the square's column, and of the place in the sheet.
+/// A bent sheet of 4 × 4 squares. `uv` gives texture coordinates from the
+/// square's column and the place in the sheet.
 fn sheet(uv: impl Fn(usize, [f64; 2]) -> [f64; 2]) -> Vec<[Corner; 3]> {
     let mut triangles = Vec::new();
     for column in 0..4 {
@@ -919,7 +929,7 @@ fn sheet(uv: impl Fn(usize, [f64; 2]) -> [f64; 2]) -> Vec<[Corner; 3]> {
     triangles
 }
 
-/// Three triangles at one edge, two of them a sheet: a fin stands on it.
+/// Three triangles at one edge: a sheet of two with a fin on it.
 fn fin() -> Vec<[Corner; 3]> {
     let p = [
         DVec3::new(-1.0, 0.0, 0.0),
@@ -937,10 +947,10 @@ fn fin() -> Vec<[Corner; 3]> {
         .to_vec()
 }
 
-impl Judge<'_> {
-    /// Views from and towards where something may go wrong: right over corners
-    /// of triangles, along their edges, and in their planes.
-    fn special_views(&self, count: usize) -> Vec<View> {
+impl Checker<'_> {
+    /// Views of special places: over corners of triangles, along their edges,
+    /// and in their planes.
+    fn special_views(&self, count: usize) -> Vec<Viewpoint> {
         let stride = self.prisms.len().div_ceil(count);
         let mut views = Vec::new();
         for (shell, prism) in self.prisms.iter().step_by(stride) {
@@ -949,37 +959,35 @@ impl Judge<'_> {
             let normal = DVec3::from(shell.facet);
             let fov = 40.0;
             views.extend([
-                View::towards(a + 0.5 * DVec3::from(shell.corner_normals[0]), a, fov),
-                View::towards(a + 0.3 * normal, a, fov),
-                View::towards(a + (a - b).normalize(), a, fov),
-                View::towards(a + (a - b).normalize() + 0.05 * normal, a, fov),
-                View::towards(a + (a - 0.5 * (b + c)).normalize(), c, fov),
-                View::towards(0.5 * (a + b) + 0.02 * normal, b, fov),
+                Viewpoint::towards(a + 0.5 * DVec3::from(shell.corner_normals[0]), a, fov),
+                Viewpoint::towards(a + 0.3 * normal, a, fov),
+                Viewpoint::towards(a + (a - b).normalize(), a, fov),
+                Viewpoint::towards(a + (a - b).normalize() + 0.05 * normal, a, fov),
+                Viewpoint::towards(a + (a - 0.5 * (b + c)).normalize(), c, fov),
+                Viewpoint::towards(0.5 * (a + b) + 0.02 * normal, b, fov),
             ]);
         }
         views
     }
 }
 
-/// Whether the ray runs in the plane of the cap that it met, by the words of
-/// the pixel's normal.
+/// Whether the ray runs in the plane of the cap it hit, by the pixel's normal.
 fn runs_along(ray: Ray, surface: [u32; 4]) -> bool {
     let [x, y, z] = [1, 2, 3].map(|i| f64::from(f32::from_bits(surface[i])));
     ray.direction.dot(DVec3::new(x, y, z)).abs() < 1e-6
 }
 
-/// What was seen, the largest share that may be excused of it, and the most
-/// pixels that are wrong for reasons that are known and open.
+/// Counts, the largest excused fraction, and the number of known wrong pixels.
 type Seen = (Count, f64, usize);
 
-/// Rays that are known to be wrong, at most, in the pictures of a scene from
-/// around and from special places: a ray that is nearly tangential beside a hard
-/// rim, and one that leaves a valley through the cap, which the second order
-/// sees too late. None of them is on a smooth closed mesh.
+/// Maximum number of known wrong rays per scene, from around and from special
+/// places: a nearly tangential ray beside a hard rim, and one that leaves a
+/// valley through the cap, which the second-order model sees too late. None is
+/// on a smooth closed mesh.
 const KNOWN_FROM_AROUND: usize = 2;
 const KNOWN_FROM_SPECIAL_PLACES: usize = 6;
 
-/// Nothing is wrong but what is known, and excuses are rare.
+/// Asserts that only known rays are wrong and excuses are rare.
 fn assert_nothing_wrong(seen: &[Seen]) {
     for (count, most_excused, known) in seen {
         assert!(count.wrong() <= *known, "{count}");
@@ -988,19 +996,21 @@ fn assert_nothing_wrong(seen: &[Seen]) {
     }
 }
 
-/// Sees a scene from around.
-fn see_from_around(name: &str, judge: &Judge) -> Seen {
+/// Renders a scene from around.
+fn see_from_around(name: &str, checker: &Checker) -> Seen {
     let mut random = Random(5);
-    let views: Vec<View> = (0..24).map(|_| judge.random_view(&mut random, 0)).collect();
-    let count = judge.see(name, &views, [64, 48]);
+    let views: Vec<Viewpoint> = (0..24)
+        .map(|_| checker.random_view(&mut random, 0))
+        .collect();
+    let count = checker.see(name, &views, [64, 48]);
     println!("{name}, from around: {count}");
     (count, MOST_EXCUSED, KNOWN_FROM_AROUND)
 }
 
-/// Sees a scene from special places. The middle of a picture with odd sides
-/// lies in the middle of a pixel.
-fn see_from_special_places(name: &str, judge: &Judge) -> Seen {
-    let count = judge.see(name, &judge.special_views(8), [33, 25]);
+/// Renders a scene from special places. The centre of a picture with odd sides
+/// is the centre of a pixel.
+fn see_from_special_places(name: &str, checker: &Checker) -> Seen {
+    let count = checker.see(name, &checker.special_views(8), [33, 25]);
     println!("{name}, from special places: {count}");
     (count, MOST_EXCUSED_IN_PLANES, KNOWN_FROM_SPECIAL_PLACES)
 }
@@ -1027,27 +1037,27 @@ fn borders_seams_and_hard_edges_have_no_holes() {
             ("hexagons", "cut_out = true"),
         ] {
             let scene = folder.prepare(&object(name, pattern, [5.0, 4.0], more));
-            let judge = Judge::new(&scene);
+            let checker = Checker::new(&scene);
             let label = format!("{name}, {pattern}, {more:?}");
-            seen.push(see_from_around(&label, &judge));
-            // Within the fin the prisms reach into each other, and which of them
-            // the ray is in, the judge does not know.
+            seen.push(see_from_around(&label, &checker));
+            // Within the fin the prisms overlap, and the oracle does not know
+            // which one the ray is in.
             if name != "fin" {
-                seen.push(see_from_special_places(&label, &judge));
+                seen.push(see_from_special_places(&label, &checker));
             }
         }
     }
     for more in ["", "extension = 0.04", "cut_out = true"] {
         let scene = asset_scene("plane", "discs", [5.0, 5.0], more);
-        let judge = Judge::new(&scene);
+        let checker = Checker::new(&scene);
         let label = format!("plane, {more:?}");
-        seen.push(see_from_around(&label, &judge));
-        seen.push(see_from_special_places(&label, &judge));
+        seen.push(see_from_around(&label, &checker));
+        seen.push(see_from_special_places(&label, &checker));
     }
     assert_nothing_wrong(&seen);
 }
 
-/// The nearest of two objects wins, also where they reach into each other.
+/// The nearest of two objects wins, also where they overlap.
 #[test]
 fn objects_that_intersect_hide_each_other() {
     let ring = object("../meshes/torus", "../patterns/discs", [24.0, 10.0], "");
@@ -1058,12 +1068,12 @@ fn objects_that_intersect_hide_each_other() {
         "scale = 0.8\ntranslate = [0.6, 0.1, 0.0]\nbevel = 0.05",
     );
     let scene = prepared(&format!("{ring}{ball}"), &asset("scenes/test.toml"));
-    let (count, most_excused, _) = see_from_around("ring and ball", &Judge::new(&scene));
+    let (count, most_excused, _) = see_from_around("ring and ball", &Checker::new(&scene));
     assert_nothing_wrong(&[(count, most_excused, 0)]);
 }
 
-/// The figures of the accurate tier against closed forms: what is left is the
-/// mesh's, since the judge of the mesh has it too.
+/// Errors of the accurate tier against closed forms: the rest is due to the
+/// mesh, because the mesh oracle has it too.
 #[test]
 fn closed_forms_are_met_up_to_the_mesh() {
     for (mesh, repeat, eye, least) in [
@@ -1085,13 +1095,16 @@ fn closed_forms_are_met_up_to_the_mesh() {
         let eye = DVec3::from(frame.eye.map(f64::from)) + prepared.origin;
         let closed = AnalyticOracle::find(&scene.objects[0], &prepared.objects[0]).unwrap();
         let closed = Truth::of(&closed, eye, frame);
-        let judge = Judge::new(&prepared);
+        let checker = Checker::new(&prepared);
         let words = CpuRenderer::new(&prepared).geometry(frame).unwrap();
-        let count = judge.judge(frame, &words, mesh);
-        let best = words_of(&Truth::of(&judge.oracle, eye, frame).samples, prepared.size);
-        let [found, best] = [words, best].map(|words| closed.judge(&words));
+        let count = checker.check(frame, &words, mesh);
+        let best = words_of(
+            &Truth::of(&checker.oracle, eye, frame).samples,
+            prepared.size,
+        );
+        let [found, best] = [words, best].map(|words| closed.compare(&words));
         println!(
-            "{mesh}: IoU {:.5}, {} interior holes; the judge of the mesh {:.5}, {}; {count}",
+            "{mesh}: IoU {:.5}, {} interior holes; the oracle of the mesh {:.5}, {}; {count}",
             found.silhouette_iou, found.interior_holes, best.silhouette_iou, best.interior_holes
         );
         assert!(found.silhouette_iou >= least, "{mesh}: {found:?}");

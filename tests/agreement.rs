@@ -1,5 +1,5 @@
-//! GPU pictures against CPU pictures: every scene, every adapter, both ways
-//! for a shader to reach the driver. No adapter is a failure: see `tests/run`.
+//! GPU pictures against CPU pictures, for every scene, every adapter and every
+//! kind of shaders. A missing adapter is a failure: see `tests/run`.
 
 use relievo::prepare::prepare;
 use relievo::render::gpu::{Adapter, Choice, Shaders};
@@ -11,7 +11,8 @@ use relievo_shared::{Vec2, Vec3, kernels};
 use relievo_tests::{every_adapter, scenes};
 use std::path::Path;
 
-/// Asked of the fast and the portable shaders; of the exact ones, every word.
+/// Required of the fast and the portable shaders; the exact ones must match
+/// every word.
 const LARGEST_SHARE: f64 = 0.05;
 const LARGEST_COLOR_DIFFERENCE: f32 = 1e-3;
 const LARGEST_DISTANCE_DIFFERENCE: f32 = 1e-4;
@@ -59,7 +60,7 @@ fn gpu_pictures_are_cpu_pictures() {
     assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
-/// The comparison must see a wrong picture: another depth, on one side only.
+/// The comparison detects a wrong picture: another depth, on one side only.
 #[test]
 fn gpu_picture_of_another_scene_is_caught() {
     let found = every_adapter().swap_remove(0);
@@ -81,7 +82,7 @@ fn gpu_picture_of_another_scene_is_caught() {
     );
 }
 
-/// A frame drawn twice, with another size between, is the same frame.
+/// Frames repeat, also with a frame of another size between.
 #[test]
 fn gpu_frames_repeat() {
     let found = every_adapter().swap_remove(0);
@@ -95,7 +96,8 @@ fn gpu_frames_repeat() {
     assert_eq!(gpu.color(&scene.frame).unwrap(), first);
 }
 
-/// What is compared word for word says something only where rays meet something.
+/// The kernel's inputs reach every outcome, so that comparing words is
+/// meaningful.
 #[test]
 fn the_kernel_of_the_walk_meets_everything() {
     let mut ends = [0; 4];

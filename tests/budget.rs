@@ -1,21 +1,19 @@
-//! Whoever asks for a budget gets it, or is told beforehand that it cannot be
-//! promised.
+//! Error budgets are kept, or reported in advance as not promised.
 //!
 //! `RELIEVO_SCENES=500 cargo test -p relievo-tests --release --test budget`
 //! is the long form.
 
-use relievo::budget::{Held, Promise, Recipe, Study};
-use relievo::prepare::prepare;
+use relievo::budget::{Held, Promise, Recipe, Study, plan};
 use relievo::scene::{MapOptions, Scene, Tier};
 use relievo_tests::asset;
 use std::path::Path;
 
 const BUDGETS: [f64; 3] = [0.1, 0.5, 2.0];
 const SIZE: [u32; 2] = [112, 84];
-/// Not the series that the model is fitted to.
+/// A series other than the one the model is fitted to.
 const SERIES: u64 = 3;
 
-/// How many scenes are held to their budgets.
+/// Number of scenes to test.
 fn scenes() -> u64 {
     std::env::var("RELIEVO_SCENES").map_or(20, |text| text.parse().unwrap())
 }
@@ -48,12 +46,12 @@ fn budgets_are_kept_or_not_promised() {
         "{kept} of {held} kept; planar, fast, accurate: {drawn:?}; dearer than need be: {dearer}"
     );
     assert!(kept as f64 >= 0.99 * held as f64, "{kept} of {held}");
-    // Nobody buys accuracy that is not asked for, nor always the same.
+    // Plans do not buy unneeded accuracy, and they vary.
     assert!(drawn.iter().all(|count| 20 * count >= held), "{drawn:?}");
     assert!(4 * dearer <= held, "{dearer} of {held}");
 }
 
-/// A planner that promises what it has not tried would be found out.
+/// A promise without a trial is detected.
 #[test]
 fn a_broken_promise_is_seen() {
     let study = Study::new(SERIES, 0, SIZE, &asset(".")).unwrap();
@@ -71,14 +69,14 @@ fn with_budget(object: &str) -> Scene {
     Scene::parse(&text, &asset("scenes/budget.toml")).unwrap()
 }
 
-/// Where prisms of that depth cannot be made there is no judge.
+/// Where prisms of that depth cannot be built there is no oracle.
 #[test]
 fn what_cannot_be_judged_is_not_promised() {
     let scene = with_budget(
         "mesh = '../meshes/torus.obj'\nshape = '../patterns/discs.png'\nrepeat = [24, 10]\ndepth = 0.6\nerror_px = 0.5",
     );
-    let prepared = prepare(&scene, &|_| ()).unwrap();
-    let plan = prepared.objects[0].plan.as_ref().unwrap();
+    let planned = plan(&scene, &|_| ()).unwrap();
+    let plan = planned.plans[0].as_ref().unwrap();
     match &plan.promise {
         Promise::Doubtful(reason) => assert!(reason.contains("bends too much"), "{reason}"),
         Promise::Kept => panic!("{plan:?}"),
@@ -117,19 +115,19 @@ fn objects_are_planned_one_by_one() {
             "tier = 'fast'\ntranslate = [6, 0, 0]"
         ),
     ));
-    let prepared = prepare(&scene, &|_| ()).unwrap();
-    let [baked, plain, unplanned] = &prepared.objects[..] else {
+    let planned = plan(&scene, &|_| ()).unwrap();
+    let [baked, plain, None] = &planned.plans[..] else {
         panic!()
     };
-    let recipe = |object: &relievo::prepare::PreparedObject| object.plan.as_ref().unwrap().recipe;
-    assert_eq!(recipe(baked).map, MapOptions::default());
-    assert_eq!(unplanned.plan, None);
-    assert_eq!(unplanned.parameters.slack, 0.0);
-    for object in [baked, plain] {
-        let (recipe, parameters) = (recipe(object), &object.parameters);
+    let [baked, plain] = [baked, plain].map(|plan| plan.as_ref().unwrap());
+    assert_eq!(baked.recipe.map, MapOptions::default());
+    let objects = &planned.scene.objects;
+    assert_eq!(objects[2].parameters.slack, 0.0);
+    for (plan, object) in [baked, plain].into_iter().zip(objects) {
+        let (recipe, parameters) = (plan.recipe, &object.parameters);
         assert_eq!(recipe.tier.code(), parameters.tier);
         assert_eq!(recipe.steps, parameters.linear_steps);
         assert_eq!(recipe.slack > 0.0, parameters.slack > 0.0);
-        assert!(object.plan.as_ref().unwrap().promise == Promise::Kept);
+        assert!(plan.promise == Promise::Kept);
     }
 }

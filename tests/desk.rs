@@ -1,27 +1,27 @@
-//! A folder to work in, and the program as it is run there.
+//! A temporary folder, and runs of the program in it.
 
+use crate::{left_out, program};
 use assert_cmd::Command;
 use image::{GrayImage, Luma};
-use relievo_tests::program;
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 use std::time::Duration;
 use tempfile::TempDir;
 
-/// How most scenes are rendered here.
+/// Default arguments of rendering.
 pub const RENDER: &str = "render scene.toml --backend cpu --size 64x48";
 
-/// What a run of the program left on the terminal.
+/// Output of a run of the program.
 pub struct Outcome {
-    /// The exit code; none if a signal ended it.
+    /// Exit code; none if a signal ended it.
     pub code: Option<i32>,
     pub stdout: String,
     pub stderr: String,
 }
 
 impl Outcome {
-    /// Runs `command`; a run that hangs is stopped and fails.
+    /// Runs `command`; a hanging run is stopped and fails.
     pub fn of(command: &mut Command) -> Outcome {
         let output = command
             .timeout(Duration::from_secs(300))
@@ -44,8 +44,8 @@ impl Outcome {
     }
 }
 
-/// The words of a command line. The scenes here name this project's assets,
-/// which lie outside of their folders.
+/// Splits a command line. These scenes name this project's assets, which lie
+/// outside their folders.
 pub fn words(arguments: &str) -> Vec<&str> {
     let loads_scenes = [
         "render", "info", "explain", "verify", "accuracy", "bench", "tradeoff", "export",
@@ -60,7 +60,7 @@ pub fn words(arguments: &str) -> Vec<&str> {
     words
 }
 
-/// A folder to work in, removed at the end.
+/// A temporary folder.
 pub struct Desk(pub TempDir);
 
 impl Desk {
@@ -78,14 +78,14 @@ impl Desk {
         path
     }
 
-    /// A gray image.
+    /// Writes a gray image.
     pub fn image(&self, name: &str, width: u32, height: u32, luma: impl Fn(u32, u32) -> u8) {
         GrayImage::from_fn(width, height, |x, y| Luma([luma(x, y)]))
             .save(self.path(name))
             .unwrap();
     }
 
-    /// Names of everything in the folder and below.
+    /// Lists everything in and below the folder.
     pub fn listing(&self) -> BTreeSet<PathBuf> {
         let mut found = BTreeSet::new();
         let mut folders = vec![self.0.path().to_path_buf()];
@@ -101,7 +101,7 @@ impl Desk {
         found
     }
 
-    /// The program, to be run in this folder.
+    /// Returns the program, to run in this folder.
     pub fn command(&self) -> Command {
         let mut command = Command::new(program());
         command.current_dir(self.0.path());
@@ -113,10 +113,15 @@ impl Desk {
         Outcome::of(self.command().args(words(arguments)))
     }
 
-    /// Runs what must fail with exit code `code`, say each of `parts`
-    /// (separated by `|`), and write nothing.
+    /// Asserts that a run fails with exit code `code`, prints each of `parts`
+    /// (separated by `|`), and writes nothing.
+    /// A command that this build leaves out must name the feature it needs.
     #[track_caller]
     pub fn fails(&self, arguments: &str, code: i32, parts: &str) {
+        let (code, parts) = match left_out(arguments) {
+            Some(feature) => (2, feature),
+            None => (code, parts),
+        };
         let before = self.listing();
         let Outcome {
             code: found,
@@ -128,7 +133,7 @@ impl Desk {
         for part in parts.split('|').map(str::trim) {
             assert!(stderr.contains(part), "{part:?} is missing in\n{stderr}");
         }
-        // The system's reason is told once.
+        // The system's reason is printed once.
         assert!(stderr.matches("(os error").count() <= 1, "{stderr}");
         assert_eq!(self.listing(), before, "{stderr}");
     }

@@ -1,10 +1,9 @@
-//! What a GPU's faults do to who uses it: an error, or the CPU's picture; never
-//! a wrong picture, a panic or a hang. And what ten thousand frames leave behind:
-//! nothing.
+//! GPU faults give an error or the CPU's picture; never a wrong picture, a
+//! panic or a hang. Ten thousand frames leak nothing.
 //!
-//! With the environment variable RELIEVO_LONG=1 every call of the driver that
-//! can fail is made to fail once, in place of every fifth or fifteenth, and there are 10,000
-//! frames in place of 300.
+//! With the environment variable RELIEVO_LONG=1 every fallible driver call
+//! fails once, instead of every fifth or fifteenth, and there are 10,000 frames
+//! instead of 300.
 
 use assert_cmd::Command;
 use glam::DVec3;
@@ -23,8 +22,8 @@ fn prepared(scene: &str, size: [u32; 2]) -> PreparedScene {
     prepare(&scene, &|_| ()).unwrap()
 }
 
-/// A device that is lost between frames, and in the middle of one, draws none
-/// and says so; the CPU goes on where that was asked for.
+/// A device lost between or during frames returns errors; the CPU takes over if
+/// requested.
 #[test]
 fn gpu_a_lost_device_is_an_error_from_then_on() {
     let scene = prepared("torus.toml", [32, 24]);
@@ -48,7 +47,7 @@ fn gpu_a_lost_device_is_an_error_from_then_on() {
                 }
             }
         };
-        // Before its first frame, after one, and while it draws.
+        // Before the first frame, after one, and while drawing.
         let mut early = gpu();
         early.device().wgpu().destroy();
         is_lost(&mut early);
@@ -63,7 +62,7 @@ fn gpu_a_lost_device_is_an_error_from_then_on() {
                 thread::sleep(Duration::from_millis(milliseconds));
                 device.wgpu().destroy();
             });
-            // Whether it was done before or not, it is whole or it is none.
+            // The result is whole or an error.
             if let Ok(words) = amid.color(&large) {
                 let whole = gpu().color(&large).unwrap();
                 assert!(words == whole, "{milliseconds} ms");
@@ -81,7 +80,7 @@ fn gpu_a_lost_device_is_an_error_from_then_on() {
     }
 }
 
-/// A picture that no device takes is refused by name, and the next one drawn.
+/// A picture beyond the limits is refused by name, and the next one is drawn.
 #[test]
 fn gpu_a_picture_beyond_the_limits_is_refused_and_the_next_one_is_drawn() {
     let scene = prepared("torus.toml", [32, 24]);
@@ -104,7 +103,7 @@ fn gpu_a_picture_beyond_the_limits_is_refused_and_the_next_one_is_drawn() {
     }
 }
 
-/// A module that is none for this renderer: without its entry points.
+/// A module without this renderer's entry points.
 #[test]
 fn gpu_a_module_without_the_entry_points_is_an_error() {
     let scene = prepared("torus.toml", [32, 24]);
@@ -117,7 +116,7 @@ fn gpu_a_module_without_the_entry_points_is_an_error() {
     }
 }
 
-/// The program with a driver that fails at its every call in turn.
+/// The program with a driver that fails at each call in turn.
 #[cfg(target_os = "linux")]
 mod faulty {
     use super::*;
@@ -127,7 +126,7 @@ mod faulty {
     use std::path::{Path, PathBuf};
     use std::process::Output;
 
-    /// The library of Mesa's software driver, if it is there.
+    /// The library of Mesa's software driver, if installed.
     fn software_driver() -> Option<PathBuf> {
         let folder = fs::read_dir("/usr/share/vulkan/icd.d").ok()?;
         let manifest = folder
@@ -141,7 +140,8 @@ mod faulty {
         Some(PathBuf::from(manifest["ICD"]["library_path"].as_str()?))
     }
 
-    /// A folder with the manifest of the faulty driver, and what is behind it.
+    /// A folder with the manifest of the faulty driver and the driver behind
+    /// it.
     struct Machine {
         desk: tempfile::TempDir,
         library: PathBuf,
@@ -171,14 +171,14 @@ mod faulty {
                 .args(["-o", "picture.png", "--aov", "words.exr"])
                 .arg(asset("scenes/torus.toml"))
                 .current_dir(folder)
-                // The older loaders know the second name.
+                // Older loaders use the second name.
                 .env("VK_DRIVER_FILES", &manifest)
                 .env("VK_ICD_FILENAMES", &manifest)
                 .env("FAULTY_DRIVER_LIBRARY", &self.library)
                 .env("FAULTY_DRIVER_FAULT", fault)
                 .env("FAULTY_DRIVER_CALL", call.to_string())
                 .env("RELIEVO_GPU_TIMEOUT", "0.5")
-                // The layer would tell of the driver's faults.
+                // The layer would report the driver's faults.
                 .env("WGPU_VALIDATION", "0")
                 .timeout(Duration::from_secs(60))
                 .output()
@@ -186,7 +186,7 @@ mod faulty {
         }
     }
 
-    /// The picture, and every channel of the other one, as bits.
+    /// The picture's bytes and every AOV channel's bits.
     fn words(folder: &Path) -> (Vec<u8>, Vec<u32>) {
         let layer = read_first_flat_layer_from_file(folder.join("words.exr")).unwrap();
         let channels = layer.layer_data.channel_data.list.iter();
@@ -225,7 +225,7 @@ mod faulty {
                     let stderr = String::from_utf8(output.stderr).unwrap();
                     assert!(!stderr.contains("panicked"), "{name}: {stderr}");
                     match output.status.code() {
-                        // All was done before that call.
+                        // The work was finished before that call.
                         Some(0) if stderr.is_empty() => {
                             assert!(words(&folder) == right, "{name}");
                             return false;
@@ -289,8 +289,8 @@ mod faulty {
     }
 }
 
-/// Frame number `number` of a walk around the scene: another eye each time, and
-/// now and then another light and another size.
+/// Frame `number` of a walk around the scene: a new eye each time, sometimes
+/// another light or size.
 fn walk(scene: &PreparedScene, number: u32) -> Frame {
     let eye = DVec3::from(scene.camera.eye) - scene.origin;
     let turn = DVec3::new(eye.x, 0.0, eye.z).length();
@@ -307,7 +307,7 @@ fn walk(scene: &PreparedScene, number: u32) -> Frame {
     }
 }
 
-/// What the process holds: kilobytes of memory in use, and open files.
+/// Resources of the process: memory in kilobytes, and open files.
 #[cfg(target_os = "linux")]
 fn held() -> (i64, usize) {
     let status = std::fs::read_to_string("/proc/self/status").unwrap();
@@ -317,14 +317,14 @@ fn held() -> (i64, usize) {
     (kilobytes.parse().unwrap(), files)
 }
 
-/// Only this test measures the process: it draws in one of its own.
+/// Only this test measures a process, so it runs its own.
 #[cfg(target_os = "linux")]
 #[test]
 fn gpu_ten_thousand_frames_leave_nothing_behind() {
     let name = "the_long_run_of_its_own_process";
     let status = std::process::Command::new(std::env::current_exe().unwrap())
         .args([name, "--exact", "--ignored", "--nocapture"])
-        // The layer keeps books of its own, and is not what is measured.
+        // The layer's own bookkeeping is not measured.
         .env("WGPU_VALIDATION", "0")
         .status()
         .unwrap();
@@ -350,7 +350,7 @@ fn the_long_run_of_its_own_process() {
         );
     }
 
-    // Preparation, over and over.
+    // Repeated preparation.
     let repeat = |count: u32| {
         for _ in 0..count {
             drop(prepared("torus.toml", [32, 24]));
@@ -364,8 +364,8 @@ fn the_long_run_of_its_own_process() {
     assert!(after - before < 16_384, "{before} kB, {after} kB");
 }
 
-/// Draws `frames` frames, and looks what is held after the first tenth and at
-/// the end.
+/// Draws `frames` frames and compares the resources after the first tenth and
+/// at the end.
 #[cfg(target_os = "linux")]
 fn long_run<R: Renderer>(
     name: &str,
@@ -408,7 +408,7 @@ fn long_run<R: Renderer>(
         end.1
     );
     assert_eq!(warm.1, end.1, "{name}: open files");
-    // A frame's smallest buffer kept each time would be 6 kB of each.
+    // Leaking a frame's smallest buffer would be 6 kB per frame.
     let allowed = 4096 + i64::from(frames) / 2;
     assert!(
         end.0 - warm.0 < allowed,

@@ -1,7 +1,7 @@
 //! Small pictures of every technique on every path with every storage form,
-//! compared exactly with those in `tests/golden/`. Where one differs, the
-//! picture and the difference are written to `target/golden`; run with
-//! `RELIEVO_UPDATE_GOLDEN=1` to accept what is drawn now.
+//! compared exactly with those in `tests/golden/`. A picture that differs is
+//! written to `target/golden` with the difference. Run with
+//! `RELIEVO_UPDATE_GOLDEN=1` to accept the pictures as they are now.
 
 use relievo::picture::Picture;
 use relievo::prepare::{PreparedScene, prepare};
@@ -33,7 +33,7 @@ const TECHNIQUES: [(&str, &str); 7] = [
 ];
 const TIERS: [&str; 3] = ["planar", "fast", "paper"];
 
-/// Every combination that means something: its name and its scene.
+/// Every valid combination: name and scene.
 fn cases(maps: &Path) -> Vec<(String, Scene)> {
     let mut cases = Vec::new();
     for (technique, keys) in TECHNIQUES {
@@ -58,7 +58,7 @@ fn cases(maps: &Path) -> Vec<(String, Scene)> {
     cases
 }
 
-/// Bakes the letters, made small, in every storage form.
+/// Bakes small letters in every storage form.
 fn bake_maps(folder: &Path) {
     let letters = image::open(asset("patterns/letters.png")).unwrap();
     let small = letters.resize_exact(96, 96, image::imageops::FilterType::Triangle);
@@ -66,7 +66,7 @@ fn bake_maps(folder: &Path) {
     small.save(&path).unwrap();
     let pattern = Pattern::load(&path, &PatternOptions::default()).unwrap();
     for storage in Storage::ALL {
-        let map = bake(&pattern, Encoding::from(storage), &|_| ());
+        let map = bake(&pattern, Encoding::from(*storage), &|_| ());
         let file = folder
             .join(storage.name())
             .with_extension(storage.extension());
@@ -83,7 +83,7 @@ fn prepared() -> Vec<(String, PreparedScene)> {
         .collect()
 }
 
-/// Three times the difference of two pictures, grey where they agree.
+/// Three times the difference of two pictures; grey where they agree.
 fn difference(found: &Picture, golden: &Picture) -> Picture {
     let bytes = found
         .bytes
@@ -106,7 +106,8 @@ fn load(path: &Path) -> Option<Picture> {
     })
 }
 
-/// Compares with the golden pictures in `folder`; the names of those that differ.
+/// Compares with the golden pictures in `folder`; returns the names of those
+/// that differ.
 fn compare_with(folder: &Path, pictures: &[(String, Picture)], evidence: &Path) -> Vec<String> {
     let mut wrong = Vec::new();
     for (name, picture) in pictures {
@@ -159,7 +160,7 @@ fn cpu_pictures_are_the_golden_ones() {
     );
 }
 
-/// One changed byte is seen, and shown.
+/// One changed byte is detected and shown.
 #[test]
 fn a_changed_picture_is_shown_as_a_difference() {
     let folder = tempfile::tempdir().unwrap();
@@ -182,7 +183,7 @@ fn a_changed_picture_is_shown_as_a_difference() {
     assert_eq!(shown.bytes, [128, 128, 128, 128, 131, 128]);
 }
 
-/// The same combinations on every adapter: the exact shaders give the CPU's
+/// The same combinations on every adapter: the exact shaders match the CPU's
 /// words, the others the CPU's classes nearly everywhere.
 #[test]
 fn gpu_draws_every_combination() {

@@ -49,7 +49,7 @@ pub fn every_adapter() -> Vec<Adapter> {
     all
 }
 
-/// Whether the long form of the tests is asked for: RELIEVO_LONG=1.
+/// Whether long tests are requested: RELIEVO_LONG=1.
 pub fn is_long() -> bool {
     std::env::var_os("RELIEVO_LONG").is_some_and(|value| value == "1")
 }
@@ -82,7 +82,7 @@ pub fn plain_wgpu() -> PathBuf {
     )
 }
 
-/// What builds the page, built likewise.
+/// The page's builder, built likewise.
 pub fn page_builder() -> PathBuf {
     let name = format!("relievo-page-builder{}", std::env::consts::EXE_SUFFIX);
     built(
@@ -103,7 +103,7 @@ pub fn faulty_driver() -> &'static Path {
 
 /// With a test and the whole workspace, dependencies have the features that they
 /// have in a run of all tests: they are not built a second time.
-const AS_IN_TESTS: [&str; 3] = ["--workspace", "--test", "sources"];
+const AS_IN_TESTS: [&str; 4] = ["--workspace", "--all-features", "--test", "thorough"];
 
 /// The file `name` that `cargo build` makes with these arguments.
 ///
@@ -119,8 +119,8 @@ fn built(arguments: &[&str], name: &str) -> PathBuf {
         None => panic!("{} has no name", folder.display()),
     };
     let mut cargo = Command::new(env!("CARGO"));
-    // What cargo tells this test of its own package would have build scripts that
-    // ask for it run anew.
+    // The variables that cargo sets for this test would make build scripts that
+    // read them run again.
     for (name, _) in std::env::vars_os() {
         let of_package = ["CARGO_PKG_", "CARGO_MANIFEST_", "CARGO_BIN_"];
         if of_package

@@ -1,5 +1,5 @@
-//! The naive form of each formula beside ours: where it fails, with numbers, and
-//! that ours does not. Section numbers are those of the algorithm page.
+//! The naive form of each formula, which fails, beside ours, which does not.
+//! Section numbers refer to docs/algorithm.md.
 
 use glam::{DVec3, Vec3};
 use relievo::mesh::{Mesh, MeshOptions};
@@ -11,7 +11,7 @@ use relievo_shared::shape_map::ShapeMap;
 use relievo_shared::surface::interpolate;
 use relievo_shared::{Vec2, arithmetic};
 
-/// A ray straight down (but for what makes it meet a curvature) over a quadric.
+/// A ray straight down (tilted just enough to meet a curvature) over a quadric.
 fn path(quadric: [f32; 3], direction: Vec3, depth: f32) -> QuadraticPath {
     let surface = test_surface(quadric, 0.0);
     QuadraticPath::new(&surface, direction, 1.0, depth, TIER_FAST)
@@ -24,7 +24,7 @@ fn the_root_of_a_nearly_linear_equation() {
         let (b, c) = (1.0_f32, -0.3_f32);
         (b - (b * b - 4.0 * a * c).sqrt()) / (-2.0 * a)
     };
-    // 0.7 % off, then nothing, then no number.
+    // 0.7 % off, then zero, then NaN.
     assert!((naive(1e-6) - 0.298).abs() < 5e-4, "{}", naive(1e-6));
     assert_eq!(naive(1e-8), 0.0);
     assert!(naive(0.0).is_nan());
@@ -47,12 +47,12 @@ fn grazing_rays() {
     assert!(normalised(1e-20).is_infinite());
     for v_z in [1e-6_f32, 1e-20, 1e-30, 0.0] {
         let direction = Vec3::new(1.0, 0.0, -v_z);
-        // Over a hill the ray leaves where it came; into a hollow it reaches the
-        // floor at √(S_z / |q|), but for what the shell's curvature adds.
+        // Over a hill the ray leaves through the cap; into a hollow it reaches
+        // the floor at √(S_z / |q|), apart from the shell's curvature.
         let over = path([q, 0.0, 0.0], direction, depth);
         assert!(over.enters && !over.ends_on_floor());
         let expected = f64::from(v_z) / f64::from(q);
-        // V_z² is nothing from 1e-20 on.
+        // V_z² underflows from 1e-20 on.
         assert!((f64::from(over.end()) - expected).abs() <= 1e-6 * expected + 1e-18);
         let into = path([-q, 0.0, 0.0], direction, depth);
         let expected = (depth / q).sqrt();
@@ -105,7 +105,8 @@ fn texture_coordinates_far_out() {
     let mesh = Mesh::load(&path, &MeshOptions::default()).unwrap();
     assert_eq!(mesh.triangles.len(), 1);
     let at = |share: f64, whole: f64| {
-        // As a renderer: corners in f32, less whole repeats, interpolated in f32.
+        // As in the renderer: corners in f32, minus whole repeats, interpolated
+        // in f32.
         let corners = [u, u + width].map(|x| (x - whole) as f32);
         let (a, b) = (1.0 - share as f32, share as f32);
         let expected = u + width * f64::from(share as f32) - whole;
@@ -120,22 +121,22 @@ fn texture_coordinates_far_out() {
     println!("u near 1000: naive {naive:.1e}, ours {ours:.1e} repeats");
     assert!(naive > 5e-5 && ours < 1e-7, "{naive:e} {ours:e}");
 
-    // That is what preparation does: at u = 1000.3 no corner is above 1.
+    // Preparation does this: at u = 1000.3 no corner is above 1.
     let scene = format!(
         "[[object]]\nmesh = {:?}\nshape = {:?}\n",
         path,
         relievo_tests::asset("patterns/discs.png")
     );
     let mut scene = relievo::scene::Scene::parse(&scene, &path).unwrap();
-    scene.objects[0].mesh = path;
+    scene.objects[0].mesh = path.into();
     let prepared = relievo::prepare::prepare(&scene, &|_| ()).unwrap();
     for corner in prepared.objects[0].triangles[0].corners {
         assert!((0.0..1.0).contains(&corner.uv[0].abs()), "{corner:?}");
     }
 }
 
-/// The shape map's place: whole repeats are taken off before anything is
-/// multiplied by the texels.
+/// Lookup in the shape map: whole repeats are subtracted before scaling to
+/// texels.
 #[test]
 fn texels_far_out() {
     let texels: Vec<u32> = (0..60).map(|i| (i as f32).to_bits()).collect();
@@ -151,12 +152,12 @@ fn texels_far_out() {
     let ours = map.distance(&texels[..], Vec2::new(u, 0.0));
     let exact = map.distance(&texels[..], Vec2::new(0.273_437_5, 0.0));
     assert_eq!(ours, exact);
-    // Scaled first, steps of half a texel are all that is left of the fraction.
+    // Scaled first, the fraction is quantized to half texels.
     let naive = (u * 60.0 - 0.5) % 60.0;
     assert!((naive - exact).abs() > 0.05, "{naive} {exact}");
 }
 
-/// The triangle test of a textbook (Möller and Trumbore), without a margin.
+/// The textbook triangle test (Möller and Trumbore), without a margin.
 fn naive_hit(eye: Vec3, direction: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     let (ab, ac) = (b - a, c - a);
     let p = direction.cross(ac);
@@ -241,7 +242,7 @@ fn facet_depth_far_from_the_origin() {
         weights: Vec3::splat(third),
         normal: Vec3::Z,
     };
-    // What the rounded corners say, exactly.
+    // The exact depth of the rounded corners.
     let wide = |i: usize| {
         (
             DVec3::from(triangle.corners[i].position.map(f64::from)) - far,
@@ -267,7 +268,7 @@ fn facet_depth_far_from_the_origin() {
     assert!((naive - exact).abs() > 0.1 * exact.abs());
 }
 
-/// Reversed depth keeps apart far away what z / far does not.
+/// Reversed depth distinguishes far distances that z / far does not.
 #[test]
 fn depth_far_away() {
     let frame = Frame {
@@ -285,11 +286,11 @@ fn depth_far_away() {
     assert!(depth(t) > depth(further));
 }
 
-/// A vector without length.
+/// A vector of length zero.
 #[test]
 fn normalising_nothing() {
     assert!(Vec3::ZERO.normalize().is_nan());
-    // Its square is no normal number, and the quotient anything.
+    // Its square is subnormal, and the quotient arbitrary.
     let small = Vec3::splat(1e-23);
     assert!(!(small.normalize().length() - 1.0).abs().le(&1e-3));
     for v in [Vec3::ZERO, small] {
@@ -303,7 +304,7 @@ fn scenes_far_from_the_origin() {
     let (far, step) = (1e5_f64, 1e-3);
     let narrow = ((far + step) as f32 - far as f32) as f64;
     assert!((narrow - step).abs() > 0.9 * step, "{narrow}");
-    // As preparation does: relative to the scene's middle, in f64, first.
+    // As in preparation: relative to the scene's centre, in f64, first.
     let ours = f64::from(((far + step) - far) as f32);
     assert!((ours - step).abs() < 1e-8 * far * step);
 }

@@ -1,4 +1,4 @@
-//! Renderings against what closed forms say.
+//! Renderings against closed forms.
 
 use glam::DVec3;
 use relievo::oracle::{Accuracy, AnalyticOracle, Truth, UnknownShape};
@@ -7,7 +7,7 @@ use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo_tests::asset;
 
-/// A mesh of the project with a pattern of discs, 0.08 deep, at 480 × 360.
+/// A mesh of `assets/` with a pattern of discs, 0.08 deep, at 480 × 360.
 fn scene(mesh: &str, eye: [f64; 3], repeat: [f64; 2], tier: &str) -> Scene {
     let text = format!(
         "[image]\nsize = [480, 360]\n[camera]\neye = {eye:?}\nfov = 38.0\n[[object]]\nmesh = \"../meshes/{mesh}.obj\"\nshape = \"../patterns/discs.png\"\nrepeat = {repeat:?}\ndepth = 0.08\ntier = \"{tier}\"\n"
@@ -22,21 +22,22 @@ fn accuracy(scene: &Scene) -> Result<Accuracy, UnknownShape> {
         .geometry(&prepared.frame)
         .unwrap();
     let eye = DVec3::from(prepared.camera.eye);
-    Ok(Truth::of(&oracle, eye, &prepared.frame).judge(&words))
+    Ok(Truth::of(&oracle, eye, &prepared.frame).compare(&words))
 }
 
 const TORUS_EYE: [f64; 3] = [0.0, 2.3, 3.4];
 
-/// The bounds lie just under what is measured. A better tier is another issue.
+/// The bounds are just below the measured values.
 #[test]
 fn the_fast_tier_has_the_silhouettes_of_smooth_surfaces() {
-    // Mesh, eye, repeats; least IoU, most interior holes and share of other classes.
+    // Mesh, eye, repeats; smallest IoU, largest number of interior holes,
+    // largest fraction of other classes.
     type Bounds = (&'static str, [f64; 3], [f64; 2], f64, usize, f64);
     let bounds: [Bounds; 6] = [
         ("torus", TORUS_EYE, [24.0, 10.0], 0.988, 80, 0.018),
         ("sphere", [0.6, 0.9, 3.4], [16.0, 8.0], 0.988, 160, 0.013),
-        // Without its borders, then with them: there the fast tier ends too early
-        // or too late, as it does on the saddle.
+        // Without borders, then with them: there the fast tier ends too early
+        // or too late, as on the saddle.
         ("cylinder", [1.0, 0.6, 2.6], [16.0, 8.0], 0.998, 12, 0.001),
         ("cylinder", [1.2, 3.4, 4.6], [16.0, 8.0], 0.948, 970, 0.001),
         ("ellipsoid", [0.8, 1.5, 3.6], [20.0, 9.0], 0.992, 90, 0.02),
@@ -51,7 +52,7 @@ fn the_fast_tier_has_the_silhouettes_of_smooth_surfaces() {
     }
 }
 
-/// What the oracle must find fault with.
+/// The oracle detects the planar tier's faults.
 #[test]
 fn the_planar_tier_has_not_the_silhouette_of_the_torus() {
     let [fast, planar] = ["fast", "planar"]

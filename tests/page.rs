@@ -1,15 +1,12 @@
-//! The page in a headless Chromium: what a person does there, and what comes
-//! out of it.
+//! The page in a headless Chromium: user input and its results.
 
-mod browser;
-
-use browser::{Page, built};
+use crate::browser::{Page, built};
 
 /// Without WebGPU, and with it on a software adapter.
 const CPU: &str = "?cpu";
 const GPU: &str = "";
 
-/// A pattern that is no disc: stripes.
+/// A pattern of stripes instead of discs.
 fn stripes() -> Vec<u8> {
     let pattern =
         image::GrayImage::from_fn(64, 64, |x, _| image::Luma([if x < 20 { 0 } else { 255 }]));
@@ -20,7 +17,7 @@ fn stripes() -> Vec<u8> {
     bytes.into_inner()
 }
 
-/// Share of the pixels that differ by more than `limit` of 255 in a channel.
+/// Fraction of the pixels that differ by more than `limit` of 255 in a channel.
 fn difference(a: &image::RgbImage, b: &image::RgbImage, limit: u8) -> f64 {
     assert_eq!(a.dimensions(), b.dimensions());
     let differs = |(a, b): &(&image::Rgb<u8>, &image::Rgb<u8>)| {
@@ -30,8 +27,8 @@ fn difference(a: &image::RgbImage, b: &image::RgbImage, limit: u8) -> f64 {
     a.pixels().zip(b.pixels()).filter(differs).count() as f64 / pixels
 }
 
-/// What the program draws of a scene that the page has saved as an archive; in
-/// another size, with one sample a pixel.
+/// Renders a scene that the page has saved as an archive, optionally in another
+/// size with one sample per pixel.
 fn native(archive: &[u8], size: Option<(u32, u32)>) -> image::RgbImage {
     let folder = tempfile::tempdir().unwrap();
     let mut files = zip::ZipArchive::new(std::io::Cursor::new(archive)).unwrap();
@@ -56,8 +53,8 @@ fn native(archive: &[u8], size: Option<(u32, u32)>) -> image::RgbImage {
     image::open(output).unwrap().into_rgb8()
 }
 
-/// What the canvas shows where the picture is, as the viewer saves it: a headless
-/// browser puts nothing of WebGPU into its screenshots.
+/// The canvas's picture, saved by the viewer: headless browsers omit WebGPU
+/// from screenshots.
 fn shown(page: &Page) -> image::RgbImage {
     page.click("Save what is shown (Ctrl Shift P)");
     let png = page.downloaded("torus-view-shown.png");
@@ -92,8 +89,8 @@ fn gpu_the_viewer_in_a_browser() {
     let saved = image::load_from_memory(&saved).unwrap().into_rgb8();
     assert_eq!(saved.dimensions(), (800, 600));
 
-    // What is on the screen and what was saved, beside the program's pictures of
-    // the same scene.
+    // The screen and the saved picture, beside the program's pictures of the
+    // same scene.
     page.click("Save scene (Ctrl S)");
     let archive = page.downloaded("torus-view.zip");
     let size = screen.dimensions();
@@ -150,7 +147,7 @@ fn without_webgpu_a_worker_draws() {
     );
     assert!(page.text("notice").contains("no WebGPU"));
     let torus = page.look();
-    // Each has another picture drawn: a coarse one, and then a fine one.
+    // Each control draws another picture: first coarse, then fine.
     let look_after = |what: &str, act: &dyn Fn()| {
         let frames = page.probe()["frames"].as_u64();
         act();
@@ -180,7 +177,7 @@ fn without_webgpu_a_worker_draws() {
     changed("classes", 0.05, &|| {
         set("#show", "Surface class", "change");
     });
-    // What cannot be read is told of, and the next change goes on.
+    // An unreadable file is reported, and the next change works.
     page.drop_file("broken.png", b"no picture");
     page.wait("a complaint", |told| {
         told["message"].as_str().unwrap().contains("broken.png")

@@ -1,13 +1,15 @@
-//! The f32 arithmetic against its judge: the same files compiled in f64 get the
-//! same inputs, and what comes out may differ by rounding only.
+//! The f32 arithmetic against the same sources compiled in f64, with the same
+//! inputs: results may differ by rounding only.
 //!
 //! The domain is well conditioned: triangles of a sphere that span some
-//! degrees, seen from a few radii away, not from the side. A perturbation of
-//! 1e-3 on the side of f64 must be seen by every comparison.
+//! degrees, seen from a few radii away, not from the side. Every comparison
+//! must detect a perturbation of 1e-3 of the f64 inputs.
 
 use relievo::oracle::wide::{wide_frame, wide_object, wide_surface, wide_triangle};
 use relievo_shared as single;
+use relievo_shared::model::Model as _;
 use relievo_shared_f64 as double;
+use relievo_shared_f64::model::Model as _;
 use single::path::Path as _;
 use std::collections::BTreeMap;
 
@@ -15,8 +17,8 @@ type Triangle = single::layout::Triangle;
 type Object = single::layout::Object;
 type Frame = single::layout::Frame;
 
-/// What is compared, and the largest difference allowed: relative to the size
-/// of the values, and about four times the worst that was measured.
+/// Compared quantities and their largest differences, relative to the size of
+/// the values: about four times the largest measured.
 const BOUNDS: [(&str, f64); 14] = [
     ("facet: distance", 1.5e-6),
     ("facet: weights", 1.6e-5),
@@ -33,13 +35,14 @@ const BOUNDS: [(&str, f64); 14] = [
     ("traced ray: normal", 6e-5),
     ("traced ray: colour", 1.5e-5),
 ];
-/// The search of the traced rays.
-const SEARCH: u32 = single::layout::SEARCH_EXTRUSION;
-/// Of the traced rays, so many may meet another part of the pattern, because
-/// they pass an edge of it by less than a rounding error.
+/// The model of the traced rays, in f32 and in f64.
+type Single = single::model::Quadric;
+type Double = double::model::Quadric;
+/// Largest fraction of traced rays that hit another part of the pattern,
+/// because they pass its edge by less than a rounding error.
 const STRAYS: f64 = 2e-3;
 
-/// Numbers that look random and are the same in every run (splitmix64).
+/// Pseudorandom numbers, the same in every run (splitmix64).
 struct Random(u64);
 
 impl Random {
@@ -66,11 +69,11 @@ struct Case {
     direction: single::Vec3,
 }
 
-/// Texels per step of the map's codes, and the code of distance 0.
+/// Texels per code step of the map, and the code of distance 0.
 const STEP: f32 = 1.0 / 256.0;
 const BIAS: u32 = 1 << 15;
 
-/// A disc in 32 × 32 texels, by the closed form, in codes of 16 bits.
+/// A disc in 32 × 32 texels, in closed form, as 16-bit codes.
 fn disc() -> Vec<u32> {
     let code = |i: u32| {
         let (x, y) = (f64::from(i % 32) - 15.5, f64::from(i / 32) - 15.5);
@@ -173,18 +176,18 @@ impl Case {
 #[derive(Default)]
 struct Worst {
     differences: BTreeMap<&'static str, f64>,
-    /// Traced rays by the class they meet.
+    /// Traced rays by the class they hit.
     classes: [u32; 5],
     traced: u32,
     strays: u32,
 }
 
 impl Worst {
-    /// Notes |found − expected| relative to `scale`.
+    /// Records |found − expected| relative to `scale`.
     fn note(&mut self, name: &'static str, found: f32, expected: f64, scale: f64) {
         let difference = (f64::from(found) - expected).abs() / scale;
         let worst = self.differences.entry(name).or_default();
-        // A NaN is larger than everything.
+        // NaN counts as the largest.
         if difference.is_nan() || difference > *worst {
             *worst = if difference.is_nan() {
                 f64::INFINITY
@@ -194,7 +197,8 @@ impl Worst {
         }
     }
 
-    /// Notes all components, relative to the length of `expected`, and to at least `least`.
+    /// Records all components, relative to the length of `expected`, and to at
+    /// least `least`.
     fn note_all<const N: usize>(
         &mut self,
         name: &'static str,
@@ -209,7 +213,8 @@ impl Worst {
     }
 }
 
-/// Both sides of `count` random cases, where f64's inputs are off by `perturbation`, relative.
+/// Evaluates both sides of `count` random cases, with f64 inputs perturbed by
+/// `perturbation`, relative.
 fn worst_differences(count: u32, perturbation: f64) -> Worst {
     let mut random = Random(1);
     let mut worst = Worst::default();
@@ -235,10 +240,19 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
             corner.uv[0] *= grown;
         }
 
-        // Each function on its own: f64 starts from what f32 starts from.
-        let facet = single::fragment::meet(frame, object, triangle, case.direction);
-        let wide_facet =
-            double::fragment::meet(&wide_frame, &wide_object, &wide_triangle, wide_direction);
+        // Each function alone: f64 starts from f32's inputs.
+        let ray = single::model::Ray {
+            frame,
+            object,
+            direction: case.direction,
+        };
+        let wide_ray = double::model::Ray {
+            frame: &wide_frame,
+            object: &wide_object,
+            direction: wide_direction,
+        };
+        let facet = single::model::over_triangle::meet(&ray, triangle);
+        let wide_facet = double::model::over_triangle::meet(&wide_ray, &wide_triangle);
         assert!(facet.hit && wide_facet.hit);
         worst.note("facet: distance", facet.t, wide_facet.t, wide_facet.t);
         worst.note_all(
@@ -255,20 +269,20 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
             weights: facet.weights.as_dvec3(),
             normal: facet.normal.as_dvec3(),
         };
-        let judged = double::surface::interpolate(&wide_triangle, &same_facet);
+        let reference = double::surface::interpolate(&wide_triangle, &same_facet);
         for (found, expected) in [
-            (surface.normal, judged.normal),
-            (surface.tangent, judged.tangent),
-            (surface.bitangent, judged.bitangent),
+            (surface.normal, reference.normal),
+            (surface.tangent, reference.tangent),
+            (surface.bitangent, reference.bitangent),
         ] {
             let name = "surface: normal, tangent, bitangent";
             worst.note_all(name, found.to_array(), expected.to_array(), 1.0);
         }
         for (found, expected) in [
-            (surface.quadric, judged.quadric),
-            (surface.uv.extend(0.0), judged.uv.extend(0.0)),
-            (surface.gradient_u, judged.gradient_u),
-            (surface.gradient_v, judged.gradient_v),
+            (surface.quadric, reference.quadric),
+            (surface.uv.extend(0.0), reference.uv.extend(0.0)),
+            (surface.gradient_u, reference.gradient_u),
+            (surface.gradient_v, reference.gradient_v),
         ] {
             let name = "surface: quadric, uv, gradients";
             worst.note_all(name, found.to_array(), expected.to_array(), 1.0);
@@ -279,7 +293,7 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
         worst.note(
             "surface: facet depth",
             surface.facet_depth,
-            judged.facet_depth,
+            reference.facet_depth,
             f64::from(side),
         );
 
@@ -294,7 +308,7 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
         same_surface.facet_depth *= grown;
         same_surface.quadric *= grown;
         same_surface.uv *= grown;
-        let judged = double::path::QuadraticPath::new(
+        let reference = double::path::QuadraticPath::new(
             &same_surface,
             wide_direction,
             f64::from(facet.t),
@@ -302,12 +316,12 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
             object.tier,
         );
         for (found, expected, scale) in [
-            (path.entry_t, judged.entry_t, judged.entry_t),
-            (path.slope, judged.slope, 1.0),
-            (path.bend, judged.bend, judged.bend),
+            (path.entry_t, reference.entry_t, reference.entry_t),
+            (path.slope, reference.slope, 1.0),
+            (path.bend, reference.bend, reference.bend),
             (
                 path.end(),
-                double::path::Path::end(&judged),
+                double::path::Path::end(&reference),
                 wide_object.depth,
             ),
         ] {
@@ -315,15 +329,15 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
         }
         assert_eq!(
             path.ends_on_floor(),
-            double::path::Path::ends_on_floor(&judged)
+            double::path::Path::ends_on_floor(&reference)
         );
         for fraction in [0.0, 0.3, 0.7, 1.0] {
             let s = path.end() * fraction;
             let wide_s = f64::from(s);
-            let expected = double::path::Path::uv(&judged, wide_s);
+            let expected = double::path::Path::uv(&reference, wide_s);
             let name = "path: texture coordinates";
             worst.note_all(name, path.uv(s).to_array(), expected.to_array(), 1.0);
-            let expected = double::path::Path::depth_fraction(&judged, wide_s);
+            let expected = double::path::Path::depth_fraction(&reference, wide_s);
             let name = "path: depth fraction";
             worst.note(name, path.depth_fraction(s), expected, 1.0);
         }
@@ -339,26 +353,20 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
         let expected = wide_map.gradient(texels, uv.as_dvec2()).to_array();
         worst.note_all("shape map: gradient", found, expected, 1.0);
 
-        // The whole ray: each side goes on with its own numbers.
-        let entry = single::fragment::enter(object, triangle, case.direction, &facet);
-        let wide_entry =
-            double::fragment::enter(&wide_object, &wide_triangle, wide_direction, &wide_facet);
-        if !entry.path.enters || !wide_entry.path.enters {
-            assert_eq!(entry.path.enters, wide_entry.path.enters);
+        // The whole ray: each side continues with its own values.
+        let (enters, entry) = Single::enter(&ray, triangle, &facet);
+        let (wide_enters, wide_entry) = Double::enter(&wide_ray, &wide_triangle, &wide_facet);
+        if !enters || !wide_enters {
+            assert_eq!(enters, wide_enters);
             continue;
         }
-        let hit =
-            single::fragment::trace::<SEARCH, _>(frame, object, texels, case.direction, &entry);
-        let judged = double::fragment::trace::<SEARCH, _>(
-            &wide_frame,
-            &wide_object,
-            texels,
-            wide_direction,
-            &wide_entry,
-        );
+        let traced = single::trace::trace::<Single, _, _>(&ray, triangle, texels, &entry);
+        let wide_traced =
+            double::trace::trace::<Double, _, _>(&wide_ray, &wide_triangle, texels, &wide_entry);
+        let (hit, reference) = (traced.hit, wide_traced.hit);
         worst.traced += 1;
-        let apart = (f64::from(hit.s) - judged.s).abs();
-        if hit.class != judged.class || apart > 0.02 * wide_object.depth {
+        let apart = (f64::from(traced.place) - wide_traced.place).abs();
+        if hit.class != reference.class || apart > 0.02 * wide_object.depth {
             worst.strays += 1;
             continue;
         }
@@ -366,37 +374,36 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
         if hit.class == single::normals::CLASS_MISS {
             continue;
         }
-        worst.note("traced ray: distance", hit.t, judged.t, judged.t);
+        worst.note("traced ray: distance", hit.t, reference.t, reference.t);
         worst.note(
             "traced ray: depth fraction",
             hit.depth_fraction,
-            judged.depth_fraction,
+            reference.depth_fraction,
             1.0,
         );
-        let normals = single::fragment::normals(object, texels, case.direction, &entry, &hit);
-        let wide_normals =
-            double::fragment::normals(&wide_object, texels, wide_direction, &wide_entry, &judged);
+        let normals =
+            single::trace::normals::<Single, _, _>(&ray, triangle, texels, &entry, &traced);
+        let wide_normals = double::trace::normals::<Double, _, _>(
+            &wide_ray,
+            &wide_triangle,
+            texels,
+            &wide_entry,
+            &wide_traced,
+        );
         worst.note_all(
             "traced ray: normal",
             normals.carved.to_array(),
             wide_normals.carved.to_array(),
             1.0,
         );
-        let color = single::fragment::color::<false, _>(
-            frame,
-            object,
+        let color =
+            single::trace::color::<false, Single, _, _>(&ray, triangle, texels, &entry, &traced);
+        let expected = double::trace::color::<false, Double, _, _>(
+            &wide_ray,
+            &wide_triangle,
             texels,
-            case.direction,
-            &entry,
-            &hit,
-        );
-        let expected = double::fragment::color::<false, _>(
-            &wide_frame,
-            &wide_object,
-            texels,
-            wide_direction,
             &wide_entry,
-            &judged,
+            &wide_traced,
         );
         worst.note_all(
             "traced ray: colour",
@@ -425,7 +432,7 @@ fn f32_differs_from_f64_by_rounding_only() {
     let text = report(&worst);
     println!("{text}");
     assert_eq!(worst.differences.len(), BOUNDS.len());
-    // Caps, walls, bevels and floors are all there.
+    // All of caps, walls, bevels and floors occur.
     assert!(worst.classes[1..].iter().all(|&n| n > 500), "{text}");
     for (name, bound) in BOUNDS {
         assert!(worst.differences[name] <= bound, "{name}:\n{text}");

@@ -1,14 +1,13 @@
-//! The program as a user runs it: what it writes, what it says, how it fails.
-
-mod desk;
+//! The program as a user runs it: files, output and errors.
 
 #[cfg(target_os = "linux")]
-use desk::within_memory;
-use desk::{Desk, Outcome, RENDER, words};
+use crate::desk::within_memory;
+use crate::desk::{Desk, Outcome, RENDER, words};
+use crate::{left_out, program};
 use exr::prelude::{AttributeValue, FlatSamples, Text, read_first_flat_layer_from_file};
 use proptest::prelude::*;
 use relievo::scene::{LARGEST_PICTURE_SIDE, Scene};
-use relievo_tests::{asset, program};
+use relievo_tests::asset;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -21,7 +20,8 @@ const BEVEL: u32 = 3;
 const FLOOR: u32 = 4;
 
 impl Desk {
-    /// Writes `text` as scene.toml; rendering it must fail with code 1 and `parts`.
+    /// Writes `text` as scene.toml and asserts that rendering fails with code 1
+    /// and `parts`.
     #[track_caller]
     fn scene_fails(&self, text: impl AsRef<[u8]>, parts: &str) {
         self.write("scene.toml", text);
@@ -43,11 +43,11 @@ impl Desk {
     }
 }
 
-/// A PNG that was written.
+/// A written PNG.
 struct Picture {
     width: u32,
     height: u32,
-    /// Three bytes a pixel.
+    /// Three bytes per pixel.
     bytes: Vec<u8>,
     /// International text chunks.
     texts: BTreeMap<String, String>,
@@ -85,7 +85,7 @@ impl Picture {
     }
 }
 
-/// An OpenEXR file that was written.
+/// A written OpenEXR file.
 struct Aov {
     width: usize,
     height: usize,
@@ -129,7 +129,7 @@ impl Aov {
         }
     }
 
-    /// What holds for every picture.
+    /// Checks what holds for every picture.
     fn check(&self) {
         for (i, &class) in self.class.iter().enumerate() {
             let [x, y, z, delta, t, u, v] =
@@ -151,7 +151,7 @@ impl Aov {
         }
     }
 
-    /// The classes that occur, without misses.
+    /// Returns the classes that occur, without misses.
     fn classes(&self) -> BTreeSet<u32> {
         self.class
             .iter()
@@ -165,7 +165,7 @@ impl Aov {
         self.class.iter().filter(|&&found| found == class).count()
     }
 
-    /// The pixel in the middle: class and distance.
+    /// Returns class and distance at the centre.
     fn middle(&self) -> (u32, f32) {
         let i = self.height / 2 * self.width + self.width / 2;
         (self.class[i], self.real["t"][i])
@@ -188,7 +188,7 @@ fn object_of(mesh: &str, shape: &str, keys: &str) -> String {
     format!("[[object]]\nmesh = '{mesh}'\nshape = '{shape}'\n{keys}\n")
 }
 
-/// A torus with a pattern of the folder.
+/// A torus with a pattern in the folder.
 fn torus_with(shape: &str, keys: &str) -> String {
     let mesh = asset("meshes/torus.obj");
     object_of(&mesh.display().to_string(), shape, keys)
@@ -218,7 +218,7 @@ fn render_makes_the_picture_and_says_who_rendered_it() {
         .done();
     let lines: Vec<&str> = outcome.stdout.lines().collect();
     assert!(lines[0].starts_with("CPU ("), "{lines:?}");
-    assert!(lines[0].ends_with(": as asked"), "{lines:?}");
+    assert!(lines[0].ends_with(": as requested"), "{lines:?}");
     assert_eq!(
         lines[1..],
         ["scene.v2.png"],
@@ -310,7 +310,7 @@ fn auto_says_which_renderer_and_why_and_gpu_needs_an_adapter() {
                 .lines()
                 .next()
                 .unwrap()
-                .ends_with(": as asked")
+                .ends_with(": as requested")
         );
         let picture = Picture::load(&desk.path("scene.png"));
         assert_eq!((picture.width, picture.height), (16, 12));
@@ -322,7 +322,7 @@ fn an_adapter_that_is_not_there_is_the_machines_fault() {
     let desk = Desk::new();
     desk.write("scene.toml", torus(""));
     let adapters = desk.run("info").done().stdout;
-    // The list of what there is.
+    // The list of adapters.
     let first = adapters.lines().next().unwrap();
     let there = match first.strip_prefix("adapter: ") {
         Some(found) => found.split(" (").next().unwrap(),
@@ -340,7 +340,7 @@ fn an_adapter_that_is_not_there_is_the_machines_fault() {
             &format!("no-such-adapter | --backend cpu | {there}"),
         );
     }
-    // Nonsense, and no reason to leave out half of what was asked.
+    // Invalid, and no reason to ignore half of the arguments.
     desk.fails(
         &format!("{RENDER} --adapter none"),
         2,
@@ -373,7 +373,7 @@ fn gpu_verify_reports_functions_and_pictures_of_every_adapter() {
             assert_eq!(picture["geometry"]["words"], 32 * 24 * 8);
         }
     }
-    // The same for a person.
+    // The same as text.
     let text = desk.run(arguments).done().stdout;
     for part in [
         "canaries",
@@ -479,7 +479,7 @@ fn a_baked_map_draws_the_same_picture_as_its_pattern() {
     assert!(aov.count(CAP) > 100 && aov.count(FLOOR) > 100);
     for bits in ["16", "8"] {
         let outcome = desk
-            .run(&format!("bake pattern.png -o map.png --bits {bits}"))
+            .run(&format!("bake pattern.png -o map.png --format r{bits}"))
             .done();
         for part in ["map.png", "40 × 32", &format!("{bits} bits")] {
             assert!(outcome.stdout.contains(part), "{}", outcome.stdout);
@@ -504,7 +504,7 @@ fn a_baked_map_draws_the_same_picture_as_its_pattern() {
         }
     }
     desk.run("bake pattern.png -o default.png").done();
-    desk.run("bake pattern.png -o map.png --bits 16").done();
+    desk.run("bake pattern.png -o map.png --format r16").done();
     let read = |name| fs::read(desk.path(name)).unwrap();
     assert!(
         read("default.png") == read("map.png"),
@@ -526,7 +526,7 @@ fn drawings_and_letters_are_baked() {
     assert!(said.contains("512 × 410"), "{said}");
     let (small, said) = bake("drawing.svg --raster 40");
     assert!(small != default && said.contains("40 × 32"), "{said}");
-    // The map that a scene makes of it.
+    // The map that a scene makes from it.
     let keys = "repeat = [12, 5]";
     let (wanted, aov) = desk.render(&torus_with("map.png", keys));
     let counts = [aov.count(CAP), aov.count(FLOOR)];
@@ -604,7 +604,7 @@ fn bake_says_what_is_wrong() {
     ] {
         desk.fails(&format!("bake {arguments}"), 1, parts);
     }
-    for wrong in ["--bits 12", "--threshold 0", "--threshold 256"] {
+    for wrong in ["--format r9", "--threshold 0", "--threshold 256"] {
         let parts = wrong.replace(' ', "|");
         desk.fails(&format!("bake pattern.png -o map.png {wrong}"), 2, &parts);
     }
@@ -613,7 +613,7 @@ fn bake_says_what_is_wrong() {
 
 // ---------------------------------------------------------------- info
 
-/// Prisms as deep as the torus's tube is thick are folded.
+/// Prisms as deep as the torus's tube are folded.
 #[test]
 fn a_depth_that_the_surface_cannot_have_is_an_error_or_clamped() {
     let desk = Desk::new();
@@ -626,7 +626,7 @@ fn a_depth_that_the_surface_cannot_have_is_an_error_or_clamped() {
     ));
     clamped.check();
     assert_eq!(clamped.classes(), BTreeSet::from([CAP, WALL, FLOOR]));
-    // A depth that works is left alone.
+    // A possible depth is unchanged.
     let (_, shallow) = desk.render(&torus("depth = 0.05\ntier = \"accurate\""));
     let (_, same) = desk.render(&torus(
         "depth = 0.05\ntier = \"accurate\"\nclamp_depth = true",
@@ -728,13 +728,15 @@ fn a_budget_takes_the_place_of_tier_and_steps() {
     }
 }
 
-/// The lines of a file of measurements.
+/// Lines of a measurement file.
+#[cfg(feature = "studies")]
 fn measured(desk: &Desk, file: &str) -> Vec<serde_json::Value> {
     let text = fs::read_to_string(desk.path(file)).unwrap();
     let lines = text.lines().map(|line| serde_json::from_str(line).unwrap());
     lines.collect()
 }
 
+#[cfg(feature = "studies")]
 #[test]
 fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
     let desk = Desk::new();
@@ -754,7 +756,7 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
     desk.fails(&larger, 1, "size is [64,48] there and [65,48] here");
     desk.run(&sweep("--shard 2/2")).done();
 
-    // As if it had been stopped while it wrote the last line.
+    // As if it had been interrupted while writing the last line.
     let part = desk.path("out/measurements-2-of-2.jsonl");
     let whole = fs::read(&part).unwrap();
     fs::write(&part, &whole[..whole.len() - 20]).unwrap();
@@ -782,7 +784,7 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
     assert_eq!(csv.lines().count(), 1 + 14, "{csv}");
     let page = fs::read_to_string(desk.path("out/tradeoff.md")).unwrap();
     let chart = fs::read_to_string(desk.path("out/pareto.svg")).unwrap();
-    // What follows prisms is nearest to the truth, which is prisms as well.
+    // The accurate tier is nearest to the truth, which uses prisms as well.
     let best = "accurate-0.1px/96+8/slack-0px/r16/1:1/1x/no-shadow/cpu";
     assert!(page.contains(best) && chart.contains(best), "{page}");
     let picture = image::open(desk.path("out/pareto.png"))
@@ -804,10 +806,11 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
     assert!(errors(best) < fast && fast < planar);
 }
 
+#[cfg(feature = "studies")]
 #[test]
 fn tradeoff_leaves_out_what_a_scene_cannot_have() {
     let desk = Desk::new();
-    // Deeper than the ring is thick: the prisms of the accurate tier fold.
+    // Deeper than the tube: the prisms of the accurate tier are folded.
     desk.write("scene.toml", torus("depth = 0.6"));
     let quick = "tradeoff scene.toml --quick --size 32x24 --backend cpu --frames 1 -o";
     desk.run(&format!("{quick} deep")).done();
@@ -892,7 +895,7 @@ fn wrong_usage_ends_with_code_2() {
     ] {
         desk.fails(arguments, 2, parts);
     }
-    // Asked for, and no mistake.
+    // Requested, so no error.
     for arguments in ["--help", "--version", "render --help"] {
         let outcome = desk.run(arguments).done();
         assert!(outcome.stdout.contains("relievo"), "{}", outcome.stdout);
@@ -901,6 +904,28 @@ fn wrong_usage_ends_with_code_2() {
     let outcome = desk.run("");
     assert_eq!(outcome.code, Some(2));
     assert!(outcome.stderr.contains("Usage"), "{}", outcome.stderr);
+}
+
+#[test]
+fn a_command_that_is_left_out_says_how_to_get_it() {
+    let desk = Desk::new();
+    for command in [
+        "view s.toml",
+        "bench scene s.toml",
+        "bounds",
+        "gallery -o out --size 8x6",
+    ] {
+        let Some(feature) = left_out(command) else {
+            continue;
+        };
+        let name = words(command)[0];
+        for command in [command, &format!("{name} --help")] {
+            let outcome = desk.run(command);
+            let line = format!("cargo run --release --features {feature} -- {command}");
+            assert_eq!(outcome.code, Some(2), "{}", outcome.stderr);
+            assert!(outcome.stderr.contains(&line), "{}", outcome.stderr);
+        }
+    }
 }
 
 #[test]
@@ -949,8 +974,7 @@ fn scene_files_with_mistakes() {
     }
 }
 
-/// A scene is parsed by descending into it: what is written must not decide
-/// how deep.
+/// Scenes are parsed recursively: the depth must not depend on the input.
 #[test]
 fn scene_files_nested_without_end() {
     let desk = Desk::new();
@@ -1116,7 +1140,7 @@ fn outputs_that_cannot_be_written() {
         let parts = format!("cannot write {output} | {way_out}");
         desk.fails(&format!("{RENDER} -o {output}"), 1, &parts);
 
-        // The picture is finished by then, and stays.
+        // The picture is finished by then, and remains.
         let outcome = desk.run(&format!("{RENDER} -o p.png --aov {output}"));
         assert_eq!(outcome.code, Some(1));
         assert!(
@@ -1150,7 +1174,7 @@ fn a_folder_that_may_not_be_written_to() {
     );
 }
 
-/// Not even the administrator writes there.
+/// Not even the administrator can write there.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_place_where_nobody_may_write() {
@@ -1180,7 +1204,7 @@ fn a_reader_that_goes_away_is_no_panic() {
         let stderr = String::from_utf8(output.stderr).unwrap();
         assert!(!stderr.contains("panicked"), "{stderr}");
     }
-    // What was asked for is a file, and it is there.
+    // The requested file exists.
     Picture::load(&desk.path("scene.png"));
 }
 
@@ -1211,7 +1235,7 @@ fn full_and_empty_patterns() {
                 BTreeSet::from([FLOOR]),
                 "{width} × {height}, {keys}"
             );
-            // The floor lies lower, so that a little less is seen.
+            // The floor is lower, so that slightly less is visible.
             let seen = empty.count(FLOOR) as f64 / full.count(CAP) as f64;
             assert!(
                 (0.75..=1.0).contains(&seen),
@@ -1223,7 +1247,7 @@ fn full_and_empty_patterns() {
     }
 }
 
-/// Extension and bevel grow the pattern; where there is none, nothing grows.
+/// Extension and bevel grow the pattern; an empty pattern does not grow.
 #[test]
 fn nothing_grows_on_an_empty_pattern() {
     let desk = Desk::new();
@@ -1265,7 +1289,7 @@ fn dot(x: u32, y: u32) -> u8 {
 fn a_pattern_cannot_grow_beyond_what_its_map_holds() {
     let desk = Desk::new();
     desk.image("dot.png", 400, 400, dot);
-    let outcome = desk.run("bake dot.png -o map.png --bits 8").done();
+    let outcome = desk.run("bake dot.png -o map.png --format r8").done();
     assert!(outcome.stdout.contains("saturate"), "{}", outcome.stdout);
     // 127.5 texels of 400 fit.
     desk.scene_fails(
@@ -1277,12 +1301,12 @@ fn a_pattern_cannot_grow_beyond_what_its_map_holds() {
         "e + b·c = 0.35 | map.png | --format r16",
     );
     desk.render(&torus_with("map.png", "extension = 0.3"));
-    // The way out is one.
-    desk.run("bake dot.png -o map.png --bits 16").done();
+    // The suggested remedy works.
+    desk.run("bake dot.png -o map.png --format r16").done();
     desk.render(&torus_with("map.png", "extension = 0.4"));
 }
 
-/// As above, where 16 bits are not enough: more of them cannot be the advice.
+/// As above, where 16 bits are not enough: they must not be the advice.
 #[test]
 fn the_way_out_of_a_full_16_bit_map_is_not_16_bits() {
     let desk = Desk::new();
@@ -1302,7 +1326,7 @@ fn a_pattern_cannot_shrink_beyond_what_its_map_holds() {
     let text = |shape: &str| torus_with(shape, "technique = 'outward'\nextension = -0.25");
     let (_, wanted) = desk.render(&text("hole.png"));
     assert!(wanted.count(CAP) > 100);
-    desk.run("bake hole.png -o map.png --bits 8").done();
+    desk.run("bake hole.png -o map.png --format r8").done();
     desk.write("scene.toml", text("map.png"));
     let outcome = desk.run(&format!("{RENDER} -o new.png --aov new.exr"));
     if outcome.code == Some(0) {
@@ -1398,7 +1422,7 @@ fn the_nearer_object_is_seen_whatever_the_order() {
     let middle = 3 * (24 * 64 + 32);
     assert_eq!(first.bytes[middle..][..3], alone.bytes[middle..][..3]);
     assert!((aov.middle().1 - 2.0).abs() < 1e-3, "{:?}", aov.middle());
-    // Beside the near square, the far one.
+    // The far square is visible beside the near one.
     let farthest = aov.real["t"].iter().copied().fold(0.0, f32::max);
     assert!(farthest > 4.0, "{farthest}");
 }
@@ -1444,7 +1468,7 @@ fn intersecting_objects() {
     let (other_picture, other) = desk.render(&format!("{camera}{ball}{upright}{flat}"));
     assert!(picture.bytes == other_picture.bytes);
     assert!(aov.real == other.real && aov.class == other.class);
-    // What is seen is the nearest of what each shows alone.
+    // Each pixel shows the nearest of the objects' separate pictures.
     let alone = [&flat, &upright, &ball].map(|object| desk.render(&format!("{camera}{object}")).1);
     let mut other = 0;
     for (i, &t) in aov.real["t"].iter().enumerate() {
@@ -1511,7 +1535,7 @@ specular = 0.25
 shininess = 40
 "##;
 
-/// Pieces that parsers stumble over.
+/// Fragments that are hard to parse.
 const PIECES: [&str; 32] = [
     "nan",
     "-inf",
@@ -1601,7 +1625,7 @@ impl Mutation {
     }
 }
 
-/// What [`Scene`] promises: every number is finite and in its range.
+/// Checks the invariants of [`Scene`]: every number is finite and in its range.
 fn check_scene(scene: &Scene) {
     let finite = |numbers: &[f64]| assert!(numbers.iter().all(|x| x.is_finite()), "{numbers:?}");
     assert!(

@@ -1,16 +1,16 @@
-//! What the sources promise and a compiler cannot check: the shared
+//! Properties of the sources that the compiler cannot check: the shared
 //! mathematics uses no operation that devices round differently, and the
-//! committed shaders are made of the sources as they are.
+//! committed shaders are built from the current sources.
 
 use proc_macro2::{Span, TokenStream, TokenTree};
-use relievo_shader_manifest::{MANIFEST_FILE, Manifest, SHADER_FOLDER, digest, source_digests};
+use relievo_shader_manifest::{Manifest, SHADER_FOLDER, digest, source_digests};
 use relievo_tests::root;
 use std::collections::BTreeMap;
 use std::path::Path;
 use syn::visit::{self, Visit};
 
-/// Methods, and functions of the number and vector types, whose results are
-/// not the same on every device (see the docs of `shared/src/lib.rs`).
+/// Methods, and functions of number and vector types, whose results differ
+/// between devices (see the docs of `shared/src/lib.rs`).
 const FORBIDDEN_FUNCTIONS: [&str; 51] = [
     "acos",
     "acosh",
@@ -64,11 +64,11 @@ const FORBIDDEN_FUNCTIONS: [&str; 51] = [
     "try_normalize",
     "checked_div",
 ];
-/// Types whose functions are looked at when they are called by path.
+/// Types whose functions are checked when called by path.
 const NUMBER_TYPES: [&str; 9] = [
     "f32", "f64", "Real", "Vec2", "Vec3", "DVec2", "DVec3", "glam", "core",
 ];
-/// The file that may divide, and in which function, and may call libm.
+/// The file and function that may divide, and the file that may call libm.
 const NATIVE: &str = "native.rs";
 const DIVIDING_FUNCTION: &str = "native_div";
 
@@ -115,7 +115,7 @@ impl Scanner<'_> {
         }
     }
 
-    /// The arguments of a macro are tokens, not expressions: any of the forbidden ones counts.
+    /// Macro arguments are tokens, not expressions: any forbidden one counts.
     fn scan_tokens(&mut self, tokens: &TokenStream) {
         for token in tokens.clone() {
             match token {
@@ -135,7 +135,8 @@ impl Scanner<'_> {
     }
 }
 
-/// Whether an expression is made of literals only, so that the compiler computes it.
+/// Whether an expression consists of literals only, which the compiler
+/// evaluates.
 fn is_literal(expression: &syn::Expr) -> bool {
     match expression {
         syn::Expr::Lit(_) => true,
@@ -243,7 +244,7 @@ impl<'ast> Visit<'ast> for Scanner<'_> {
     }
 }
 
-/// The `.rs` files below `folder`, with their names from there.
+/// The `.rs` files below `folder`, unit tests aside, with their names from there.
 fn sources(folder: &Path) -> BTreeMap<String, String> {
     let mut found = BTreeMap::new();
     let mut waiting = vec![folder.to_path_buf()];
@@ -252,7 +253,9 @@ fn sources(folder: &Path) -> BTreeMap<String, String> {
             let path = entry.unwrap().path();
             if path.is_dir() {
                 waiting.push(path);
-            } else if path.extension().is_some_and(|extension| extension == "rs") {
+            } else if path.extension().is_some_and(|extension| extension == "rs")
+                && path.file_name().is_some_and(|name| name != "tests.rs")
+            {
                 let name = path.strip_prefix(folder).unwrap().display().to_string();
                 found.insert(name, std::fs::read_to_string(&path).unwrap());
             }
@@ -278,7 +281,7 @@ fn the_shared_mathematics_calls_only_what_all_devices_round_alike() {
 
 #[test]
 fn the_scanner_reports_each_forbidden_thing_with_its_line() {
-    // What must be found, a line each.
+    // Each line must be found.
     let forbidden = [
         ("a / b", "`/`"),
         ("1.0 / b", "`/`"),
@@ -321,12 +324,12 @@ fn the_scanner_reports_each_forbidden_thing_with_its_line() {
         "mod inner { fn f(a: f32) -> f32 { a / a } }",
         "const A: f32 = 1.0 / B;",
         "#[cfg(not(test))] fn f(a: f32) -> f32 { a / a }",
-        // The name alone does not allow it: it must be the one in native.rs.
+        // Only the function in native.rs may, not any of that name.
         "fn native_div(a: f32, b: f32) -> f32 { a / b }",
     ] {
         assert_eq!(Scanner::scan("any.rs", text).len(), 1, "{text}");
     }
-    // What is not Rust cannot have been scanned.
+    // Invalid Rust is an error.
     assert_eq!(Scanner::scan("any.rs", "fn f( {").len(), 1);
     // Only native_div may divide, also in native.rs.
     let text = "fn native_div(a: f32, b: f32) -> f32 { a / b }\nfn half(a: f32) -> f32 { a / 2.0 }";
@@ -354,7 +357,7 @@ fn the_scanner_leaves_the_rest_alone() {
 const REBUILD: &str =
     "cargo +nightly-2026-08-15 run --release --manifest-path shader-crate/builder/Cargo.toml";
 
-/// What differs between the sources of the manifest and those in the tree.
+/// Differences between the sources of the manifest and those in the tree.
 fn changed_sources(
     manifest: &BTreeMap<String, String>,
     actual: &BTreeMap<String, String>,
@@ -377,7 +380,8 @@ fn changed_sources(
     changes
 }
 
-/// What differs between the modules of the manifest and `files` (name and bytes).
+/// Differences between the modules of the manifest and `files` (name and
+/// bytes).
 fn changed_modules(manifest: &Manifest, files: &BTreeMap<String, Vec<u8>>) -> Vec<String> {
     let mut changes = Vec::new();
     for (name, module) in &manifest.modules {
@@ -402,13 +406,13 @@ fn changed_modules(manifest: &Manifest, files: &BTreeMap<String, Vec<u8>>) -> Ve
     changes
 }
 
-/// The files of the shader folder, the manifest aside.
+/// Modules in the shader folder.
 fn module_files() -> BTreeMap<String, Vec<u8>> {
     let folder = root().join(SHADER_FOLDER);
     let mut files = BTreeMap::new();
     for entry in std::fs::read_dir(&folder).unwrap() {
         let entry = entry.unwrap();
-        if entry.file_name() == MANIFEST_FILE {
+        if !entry.path().is_dir() {
             continue;
         }
         for file in std::fs::read_dir(entry.path()).unwrap() {

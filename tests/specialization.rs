@@ -1,6 +1,6 @@
-//! What a scene does not need is left out, and nobody sees that in the picture.
+//! Leaving out what a scene does not need does not change the picture.
 
-use relievo::budget::Promise;
+use relievo::budget::{PlannedScene, Promise, plan};
 use relievo::explain::explain;
 use relievo::prepare::{PreparedScene, prepare, prepare_view};
 use relievo::render::gpu::{Choice, EntryPoints, Extent, Memory, Pictures, Shaders};
@@ -9,18 +9,18 @@ use relievo::scene::{Scene, Tier};
 use relievo::verify::matrix::for_each_variant;
 use relievo_tests::{asset, every_adapter};
 
-fn prepared(scene: &str, change: impl FnOnce(&mut Scene)) -> PreparedScene {
+fn planned(scene: &str, change: impl FnOnce(&mut Scene)) -> PlannedScene {
     let mut scene = Scene::load(&asset("scenes").join(scene)).unwrap();
     scene.size = [160, 120];
     change(&mut scene);
-    prepare(&scene, &|_| ()).unwrap()
+    plan(&scene, &|_| ()).unwrap()
 }
 
 /// Every tier with every technique: words of colours and geometry.
 #[test]
 fn gpu_shaders_for_what_is_needed_draw_what_the_general_ones_draw() {
     let found = every_adapter().swap_remove(0);
-    let mut scene = prepared("together.toml", |_| ());
+    let mut scene = planned("together.toml", |_| ()).scene;
     let mut special = 0;
     for_each_variant(&mut scene, |scene, name| {
         let differ = scene.objects.iter().any(|object| {
@@ -47,13 +47,13 @@ fn gpu_shaders_for_what_is_needed_draw_what_the_general_ones_draw() {
 
 #[test]
 fn a_planar_basic_shader_holds_half_the_instructions() {
-    let scene = prepared("torus.toml", |scene| {
+    let PlannedScene { scene, plans } = planned("torus.toml", |scene| {
         for object in &mut scene.objects {
             object.tier = Tier::Planar;
             object.extrusion.bevel = 0.0;
         }
     });
-    let explanation = explain(&scene).unwrap();
+    let explanation = explain(&scene, &plans).unwrap();
     for shader in &explanation.objects[0].shaders {
         assert_eq!(shader.entry_point, "color_planar");
         assert_eq!(shader.general, "color_extrusion");
@@ -65,18 +65,18 @@ fn a_planar_basic_shader_holds_half_the_instructions() {
     }
 }
 
-/// A budget lets the map shrink, and nothing else is kept that nobody reads.
+/// A budget shrinks the map, and unused data is not stored.
 #[test]
 fn a_planar_basic_scene_takes_half_the_memory() {
-    let scene = prepared("plane.toml", |scene| {
+    let PlannedScene { scene, plans } = planned("plane.toml", |scene| {
         for object in &mut scene.objects {
             object.extrusion.bevel = 0.0;
         }
-        // The border of the plane, which has no cut sides in this tier, is out.
+        // The plane's border, which has no cut sides in this tier, is left out.
         scene.field_of_view = 15.0;
         scene.set_budget(Some(2.0));
     });
-    let explanation = explain(&scene).unwrap();
+    let explanation = explain(&scene, &plans).unwrap();
     let plan = explanation.objects[0].plan.as_ref().unwrap();
     assert_eq!(
         (plan.recipe.tier, &plan.promise),
@@ -92,7 +92,7 @@ fn a_planar_basic_scene_takes_half_the_memory() {
     );
 }
 
-/// Objects beside the picture are not prepared, and nobody sees that in it.
+/// Objects outside the picture are not prepared, which does not change it.
 #[test]
 fn what_is_not_in_the_picture_is_not_prepared() {
     let mut scene = Scene::load(&asset("scenes/together.toml")).unwrap();
@@ -106,7 +106,7 @@ fn what_is_not_in_the_picture_is_not_prepared() {
             prepared.outside.clone(),
         )
     };
-    // The ball alone, through a telephoto lens from above the ring.
+    // Only the ball, through a telephoto lens from above the ring.
     camera.eye = [0.15, 20.0, 0.15];
     scene.field_of_view = 0.5;
     let mut far = scene.objects[2].clone();
@@ -119,7 +119,7 @@ fn what_is_not_in_the_picture_is_not_prepared() {
     assert_eq!(outside, ["far"]);
     assert!(whole == view);
 
-    // Everything behind the eye.
+    // Everything is behind the eye.
     let camera = scene.camera.as_mut().unwrap();
     camera.target = [0.15, 40.0, 0.05];
     camera.up = [0.0, 0.0, 1.0];
@@ -127,19 +127,19 @@ fn what_is_not_in_the_picture_is_not_prepared() {
     assert!(nothing.objects.is_empty() && nothing.outside.len() == 4);
     assert!(frame_words(&nothing).0 == frame_words(&prepare(&scene, &|_| ()).unwrap()).0);
     assert!(
-        explain(&nothing)
+        explain(&nothing, &[])
             .unwrap()
             .to_string()
             .contains("not in the picture")
     );
 }
 
-/// What is foreseen is what is made.
+/// The memory estimate is exact.
 #[test]
 fn gpu_memory_is_as_foreseen() {
     let found = every_adapter().swap_remove(0);
     for file in ["torus.toml", "torus_accurate.toml", "together.toml"] {
-        let scene = prepared(file, |_| ());
+        let scene = planned(file, |_| ()).scene;
         let mut gpu = GpuRenderer::new(&scene, &found, Choice::Trusted).unwrap();
         let frame = scene.frame_with_samples(scene.supersampling);
         gpu.color(&frame).unwrap();
@@ -153,12 +153,12 @@ fn gpu_memory_is_as_foreseen() {
 
 #[test]
 fn the_reasons_name_keys_and_shared_assets() {
-    let scene = prepared("together.toml", |scene| {
+    let PlannedScene { scene, plans } = planned("together.toml", |scene| {
         let mut again = scene.objects[0].clone();
         again.name = "again".to_string();
         scene.objects.push(again);
     });
-    let explanation = explain(&scene).unwrap();
+    let explanation = explain(&scene, &plans).unwrap();
     let again = explanation.objects.last().unwrap();
     for name in ["shared shape map", "shared mesh"] {
         let feature = again.features.iter().find(|f| f.name == name).unwrap();

@@ -1,4 +1,4 @@
-//! What must hold between the techniques, and what their normals must be.
+//! Relations between the techniques, and their normals.
 
 use proptest::prelude::*;
 use relievo::prepare::{PreparedScene, prepare};
@@ -59,7 +59,7 @@ fn techniques_meet_where_their_parameters_do() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
 
-    /// Growing e grows the set of covered pixels and never shrinks it.
+    /// Increasing e only adds covered pixels.
     #[test]
     fn covered_pixels_grow_with_the_extension(
         cells in prop::collection::vec(any::<bool>(), 64),
@@ -73,7 +73,7 @@ proptest! {
         let pixel = |x: u32, y: u32| image::Luma([if cells[(y / 6 * 8 + x / 6) as usize] { 0 } else { 255 }]);
         image::GrayImage::from_fn(48, 48, pixel).save(&path).unwrap();
         let covered = |e: f64| {
-            // Steps enough that none ends a search: running out counts as a hit.
+            // Enough steps that no search runs out, which would count as a hit.
             let keys = format!(
                 "repeat = [6, 3]\ntier = {tier:?}\ncut_out = {cut_out}\ntechnique = \"outward\"\nextension = {e:?}\nsteps = 5000"
             );
@@ -90,8 +90,8 @@ proptest! {
     }
 }
 
-/// The normal of every pixel of a class, against a closed form of the texture
-/// coordinates: errors in degrees, sorted.
+/// Errors of the normals of a class against a closed form of the texture
+/// coordinates, degrees, sorted.
 fn normal_errors(
     words: &GeometryWords,
     class: u32,
@@ -113,9 +113,9 @@ fn normal_errors(
     errors
 }
 
-/// A disc on a plane: walls, bevels and chamfers face away from its centre, by
-/// the closed form, within 1° in every pixel. The map has 4096² texels, since a
-/// binary outline is a staircase, which a normal follows in part.
+/// On a disc on a plane, walls, bevels and chamfers face away from its centre
+/// within 1° of the closed form in every pixel. The map has 4096² texels,
+/// because normals partly follow the staircase of a binary outline.
 #[test]
 fn normals_of_a_disc_on_a_plane() {
     let folder = tempfile::tempdir().unwrap();

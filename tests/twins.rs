@@ -1,5 +1,5 @@
-//! Exact modules made wrong on purpose: what the comparison between GPU and CPU
-//! must see.
+//! Deliberately wrong exact modules, which the comparison between GPU and CPU
+//! must detect.
 
 use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::gpu::{Adapter, Module, Signature, canaries};
@@ -45,7 +45,8 @@ fn instructions(module: &[u32]) -> Vec<(u32, &[u32])> {
     found
 }
 
-/// Files without their NoContraction decorations, and how many there were.
+/// Removes the NoContraction decorations; returns the files and how many there
+/// were.
 fn stripped(files: &[Vec<u32>]) -> (Vec<Vec<u32>>, usize) {
     let bare: Vec<_> = files.iter().map(|file| stripped_file(file)).collect();
     let count = bare.iter().map(|(_, count)| count).sum();
@@ -122,7 +123,7 @@ fn adapters_for_spirv() -> Vec<Adapter> {
     all.filter(Adapter::takes_spirv).collect()
 }
 
-/// SwiftShader does to floats what it is told, decorated or not.
+/// SwiftShader never rewrites float operations, decorated or not.
 fn never_rewrites_floats(adapter: &Adapter) -> bool {
     adapter.name().contains("SwiftShader")
 }
@@ -144,7 +145,7 @@ fn kernels_that_differ(adapter: &Adapter, files: &[Vec<u32>]) -> Vec<&'static st
     differing.map(|kernel| kernel.name).collect()
 }
 
-/// The control: what is read, written and run here is the exact module.
+/// Control: modules read and written again are exact.
 #[test]
 fn gpu_modules_read_and_written_again_are_exact() {
     let scene = torus();
@@ -179,7 +180,7 @@ fn gpu_modules_without_decorations_are_caught() {
         assert!(agreement.color.different > 0 && agreement.geometry.different > 0);
         let differing = kernels_that_differ(&adapter, &kernels);
         assert!(differing.len() > 3, "{}: {differing:?}", adapter.describe());
-        // And the device is not trusted.
+        // The device is not trusted either.
         let device = adapter.open().unwrap();
         let mut runner = Runner::new(&device, &module(&kernels)).unwrap();
         let signature = Signature::take(&mut runner, canaries()).unwrap();

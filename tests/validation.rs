@@ -1,12 +1,13 @@
-//! Vulkan's validation layer has nothing to say of any scene, and would say it.
+//! Vulkan's validation layer reports nothing for any scene, and does report
+//! errors.
 //!
-//! wgpu asks for the layer in builds with debug assertions, and elsewhere where
-//! WGPU_VALIDATION=1 is set; with WGPU_GPU_BASED_VALIDATION=1 shaders are watched
-//! as they run. Synchronisation is always watched.
+//! wgpu enables the layer in builds with debug assertions, and elsewhere if
+//! WGPU_VALIDATION=1 is set. WGPU_GPU_BASED_VALIDATION=1 checks shaders while
+//! they run. Synchronization is always checked.
 //!
-//! With the environment variable RELIEVO_LONG=1 every scene of the gallery is
-//! drawn, in place of every eleventh, and every technique with all shaders, in
-//! place of the exact ones.
+//! With the environment variable RELIEVO_LONG=1 every gallery scene is drawn,
+//! instead of every eleventh, and every technique with all shaders, instead of
+//! the exact ones.
 
 use log::{LevelFilter, Log, Metadata, Record};
 use relievo::prepare::{PreparedScene, prepare};
@@ -22,7 +23,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::Mutex;
 
-/// What wgpu says: it hands the layer's messages on to the log.
+/// wgpu's log, which receives the layer's messages.
 struct Listener {
     complaints: Mutex<Vec<String>>,
     has_layer: Mutex<bool>,
@@ -54,7 +55,7 @@ impl Log for Listener {
     fn flush(&self) {}
 }
 
-/// What was said since the last time.
+/// Messages since the last call.
 fn complaints() -> Vec<String> {
     std::mem::take(&mut *LISTENER.complaints.lock().unwrap())
 }
@@ -65,7 +66,7 @@ fn prepared(path: &Path) -> PreparedScene {
     prepare(&scene, &|_| ()).unwrap()
 }
 
-/// Draws everything that there is to draw.
+/// Draws every output.
 fn draw(scene: &PreparedScene, adapter: &Adapter, shaders: Shaders) {
     let mut gpu = GpuRenderer::new(scene, adapter, Choice::These(shaders)).unwrap();
     gpu.color(&scene.frame).unwrap();
@@ -74,8 +75,7 @@ fn draw(scene: &PreparedScene, adapter: &Adapter, shaders: Shaders) {
     gpu.time_color(&scene.frame).unwrap();
 }
 
-/// What the layer says of a module that declares a capability after its
-/// functions, where none may stand.
+/// The layer's messages about a module with a misplaced capability.
 fn what_a_wrong_module_makes_it_say(adapter: &Adapter) -> Vec<String> {
     let bytes = std::fs::read(asset("shaders/relievo_exact/vertex.spv")).unwrap();
     let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
@@ -94,7 +94,8 @@ fn what_a_wrong_module_makes_it_say(adapter: &Adapter) -> Vec<String> {
     };
     device
         .attempt(|| {
-            // SAFETY: a driver looks into a module when a pipeline is made of it.
+            // SAFETY: a driver reads a module only when a pipeline is created
+            // from it.
             let _ = unsafe { device.wgpu().create_shader_module_passthrough(descriptor) };
             Ok::<_, DeviceError>(())
         })
@@ -102,8 +103,8 @@ fn what_a_wrong_module_makes_it_say(adapter: &Adapter) -> Vec<String> {
     complaints()
 }
 
-/// The layer keeps what it has seen of modules between runs, and is silent on
-/// those: this runs with a memory of its own.
+/// The layer caches which modules it has checked and is silent on those, so
+/// this runs with its own cache.
 #[test]
 fn gpu_the_validation_layer_is_silent() {
     let memory = tempfile::tempdir().unwrap();
@@ -132,7 +133,7 @@ fn what_the_layer_says() {
     let adapters: Vec<Adapter> = all.into_iter().filter(Adapter::takes_spirv).collect();
     let mut pictures = 0;
     for adapter in &adapters {
-        // A silence that cannot be broken says nothing.
+        // Silence means nothing unless an error is reported.
         let said = what_a_wrong_module_makes_it_say(adapter);
         assert!(
             said.iter().any(|text| text.contains("Capability")),

@@ -1,5 +1,5 @@
-//! What breaks the pictures' bits, and what does not: the scenes of `assets/`
-//! drawn with the shared mathematics' operations replaced, on purpose.
+//! Which replaced operations change the pictures' bits: the scenes of `assets/`
+//! drawn with modified operations of the shared mathematics.
 
 use relievo::prepare::{PreparedObject, PreparedScene, prepare};
 use relievo::render::{CpuRenderer, Renderer};
@@ -8,7 +8,7 @@ use relievo_shared::layout::{
     Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_ACCURATE, TIER_FAST,
     TIER_PAPER, TIER_PLANAR,
 };
-use relievo_shared::outline::{Rectangle, bounding_rectangle, shell_outline};
+use relievo_shared::outline::{Rectangle, bounding_rectangle, prism_outline};
 use relievo_shared_variant::{Finding, Mode, audited, with_mode};
 use relievo_tests::{asset, scenes};
 use std::path::Path;
@@ -16,7 +16,7 @@ use std::sync::LazyLock;
 
 const SIZE: [u32; 2] = [96, 72];
 
-/// A scene, and which triangles or prisms each pixel's ray may meet.
+/// A scene, and the triangles or prisms that each pixel's ray may hit.
 struct Prepared {
     name: String,
     scene: PreparedScene,
@@ -39,10 +39,10 @@ impl Prepared {
         }
         let mut candidates = vec![Vec::new(); (SIZE[0] * SIZE[1]) as usize];
         for (i, object) in scene.objects.iter().enumerate() {
-            // A pixel wider than the triangle: more than any variant moves it.
+            // A margin of one pixel: more than any variant moves the triangle.
             let rectangles: Vec<Rectangle> = if object.has_prisms() {
                 let shells = object.shells.iter();
-                let outline = |shell| shell_outline(&scene.frame, &object.parameters, shell);
+                let outline = |shell| prism_outline(&scene.frame, &object.parameters, shell);
                 shells.map(|shell| outline(shell).rectangle).collect()
             } else {
                 let triangles = object.triangles.iter();
@@ -72,7 +72,7 @@ impl Prepared {
     }
 }
 
-/// Every way through the shared mathematics: tier, search, and whether there are self-shadows.
+/// Every path through the shared mathematics: tier, search, and self-shadows.
 const WAYS: [(u32, u32, u32); 5] = [
     (TIER_FAST, SEARCH_EXTRUSION, 1),
     (TIER_PLANAR, SEARCH_EXTRUSION, 0),
@@ -81,7 +81,7 @@ const WAYS: [(u32, u32, u32); 5] = [
     (TIER_ACCURATE, SEARCH_PRISMS, 1),
 ];
 
-/// The scenes of `assets/` as they are, and in every way.
+/// The scenes of `assets/`, unchanged and with every path.
 static SCENES: LazyLock<Vec<Prepared>> = LazyLock::new(|| {
     let mut all = Vec::new();
     for path in scenes() {
@@ -119,7 +119,7 @@ impl Picture {
         pairs.filter(|(a, b)| a != b).count()
     }
 
-    /// As relievo-shared itself draws it.
+    /// Drawn by relievo-shared itself.
     fn of_renderer(prepared: &Prepared) -> Picture {
         let frame = &prepared.scene.frame;
         let mut renderer = CpuRenderer::new(&prepared.scene);
@@ -138,26 +138,18 @@ macro_rules! renderer {
             use super::{Picture, Prepared, PreparedObject, SIZE};
             use relievo_shared_variant::$tree::Vec3;
             use relievo_shared_variant::$tree::camera::{pixel_ray, reversed_depth};
-            use relievo_shared_variant::$tree::fragment;
             use relievo_shared_variant::$tree::layout::{
-                Frame, Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell, Triangle,
+                Frame, Object, PrismData, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Triangle,
+            };
+            use relievo_shared_variant::$tree::model::prisms::Home;
+            use relievo_shared_variant::$tree::model::{
+                Hit, Model, Normals, Paper, Prisms, Quadric, Ray, Relief,
             };
             use relievo_shared_variant::$tree::normals::CLASS_MISS;
-            use relievo_shared_variant::$tree::shell::{self, ShellHit};
+            use relievo_shared_variant::$tree::trace;
 
-            enum Found {
-                Facet(fragment::Entry, fragment::Hit),
-                Prism(ShellHit),
-            }
-
-            impl Found {
-                fn hit(&self) -> &fragment::Hit {
-                    match self {
-                        Found::Facet(_, hit) => hit,
-                        Found::Prism(found) => &found.hit,
-                    }
-                }
-            }
+            /// A hit, its colour and its normals.
+            type Found = (Hit, Vec3, Normals);
 
             pub fn render(prepared: &Prepared) -> Picture {
                 let frame: Frame = bytemuck::cast(prepared.scene.frame);
@@ -169,9 +161,37 @@ macro_rules! renderer {
                 Picture(candidates.enumerate().map(pixel).collect())
             }
 
-            /// What the ray meets behind triangle `index`, or where it comes in
-            /// through that prism, if that may be as near as the depth `best`.
-            fn find(
+            /// Traces the ray over one facet, if a hit may be as near as the depth `best`.
+            fn find<M: Model<Over>, Over>(
+                ray: &Ray<'_>,
+                over: &Over,
+                texels: &[u32],
+                best: f32,
+            ) -> Option<Found> {
+                let (meets, meeting) = M::meet(ray, over);
+                if !meets {
+                    return None;
+                }
+                let (enters, entry) = M::enter(ray, over, &meeting);
+                if !enters || reversed_depth(ray.frame, ray.direction, M::entry_t(&entry)) < best {
+                    return None;
+                }
+                let traced = trace::trace::<M, _, _>(ray, over, texels, &entry);
+                if traced.hit.class == CLASS_MISS || traced.hit.depth <= best {
+                    return None;
+                }
+                let color = if ray.object.self_shadow != 0 {
+                    trace::color::<true, M, _, _>
+                } else {
+                    trace::color::<false, M, _, _>
+                };
+                let rgb = color(ray, over, texels, &entry, &traced);
+                let normals = trace::normals::<M, _, _>(ray, over, texels, &entry, &traced);
+                Some((traced.hit, rgb, normals))
+            }
+
+            /// Traces the ray over facet `index`, by the model of the object.
+            fn find_on(
                 object: &PreparedObject,
                 frame: &Frame,
                 direction: Vec3,
@@ -180,37 +200,25 @@ macro_rules! renderer {
             ) -> Option<Found> {
                 let parameters: Object = bytemuck::cast(object.parameters);
                 let texels = object.map.words();
-                if object.has_prisms() {
-                    let shells: &[Shell] = bytemuck::cast_slice(&object.shells);
-                    return Some(Found::Prism(shell::trace(
-                        frame,
-                        &parameters,
-                        shells,
-                        texels,
-                        direction,
-                        index as u32,
-                    )));
+                let ray = Ray {
+                    frame,
+                    object: &parameters,
+                    direction,
+                };
+                if parameters.search == SEARCH_PRISMS {
+                    let prisms: &[PrismData] = bytemuck::cast_slice(&object.shells);
+                    let index = index as u32;
+                    return find::<Prisms, _>(&ray, &Home { prisms, index }, texels, best);
                 }
                 let triangle: Triangle = bytemuck::cast(object.triangles[index]);
-                let facet = fragment::meet(frame, &parameters, &triangle, direction);
-                if !facet.hit {
-                    return None;
+                match parameters.search {
+                    SEARCH_PAPER => find::<Paper, _>(&ray, &triangle, texels, best),
+                    SEARCH_RELIEF => find::<Relief, _>(&ray, &triangle, texels, best),
+                    _ => find::<Quadric, _>(&ray, &triangle, texels, best),
                 }
-                let entry = fragment::enter(&parameters, &triangle, direction, &facet);
-                if !entry.path.enters || reversed_depth(frame, direction, entry.path.entry_t) < best
-                {
-                    return None;
-                }
-                let trace = match parameters.search {
-                    SEARCH_PAPER => fragment::trace::<SEARCH_PAPER, [u32]>,
-                    SEARCH_RELIEF => fragment::trace::<SEARCH_RELIEF, [u32]>,
-                    _ => fragment::trace::<SEARCH_EXTRUSION, [u32]>,
-                };
-                let hit = trace(frame, &parameters, texels, direction, &entry);
-                Some(Found::Facet(entry, hit))
             }
 
-            /// As `relievo::render::CpuRenderer` draws a pixel.
+            /// Draws a pixel like `relievo::render::CpuRenderer`.
             fn draw(
                 prepared: &Prepared,
                 frame: &Frame,
@@ -219,56 +227,25 @@ macro_rules! renderer {
                 y: u32,
             ) -> [[u32; 4]; 3] {
                 let direction = pixel_ray(frame, x, y);
-                let mut nearest: Option<(usize, Found)> = None;
+                let mut nearest: Option<Found> = None;
                 for &[i, j] in candidates {
-                    let best = nearest.as_ref().map_or(0.0, |(_, best)| best.hit().depth);
+                    let best = nearest.as_ref().map_or(0.0, |(best, ..)| best.depth);
                     let object = &prepared.scene.objects[i];
-                    if let Some(found) = find(object, frame, direction, j, best)
-                        && found.hit().class != CLASS_MISS
-                        && found.hit().depth > best
-                    {
-                        nearest = Some((i, found));
+                    if let Some(found) = find_on(object, frame, direction, j, best) {
+                        nearest = Some(found);
                     }
                 }
-                let Some((i, found)) = nearest else {
+                let Some((hit, rgb, normals)) = nearest else {
                     let [r, g, b] = prepared.scene.background.map(f32::to_bits);
                     return [[r, g, b, CLASS_MISS], [0; 4], [0; 4]];
                 };
-                let object = &prepared.scene.objects[i];
-                let (parameters, texels) = (bytemuck::cast(object.parameters), object.map.words());
-                let shadows = object.parameters.self_shadow != 0;
-                let (rgb, normal) = match &found {
-                    Found::Prism(found) => {
-                        let shells: &[Shell] = bytemuck::cast_slice(&object.shells);
-                        let color = if shadows {
-                            shell::color::<true, [Shell], [u32]>
-                        } else {
-                            shell::color::<false, [Shell], [u32]>
-                        };
-                        (
-                            color(frame, &parameters, shells, texels, direction, found),
-                            shell::normals(&parameters, shells, texels, found),
-                        )
-                    }
-                    Found::Facet(entry, hit) => {
-                        let color = if shadows {
-                            fragment::color::<true, [u32]>
-                        } else {
-                            fragment::color::<false, [u32]>
-                        };
-                        (
-                            color(frame, &parameters, texels, direction, entry, hit),
-                            fragment::normals(&parameters, texels, direction, entry, hit),
-                        )
-                    }
-                };
-                let (hit, normal) = (found.hit(), normal.carved);
-                let [r, g, b] = rgb.to_array().map(fragment::word);
-                let [nx, ny, nz] = normal.to_array().map(fragment::word);
+                let normal = normals.carved;
+                let [r, g, b] = rgb.to_array().map(trace::word);
+                let [nx, ny, nz] = normal.to_array().map(trace::word);
                 [
                     [r, g, b, hit.class],
-                    [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(fragment::word),
-                    [fragment::class_and_steps(hit), nx, ny, nz],
+                    [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(trace::word),
+                    [trace::class_and_steps(&hit), nx, ny, nz],
                 ]
             }
         }
@@ -280,7 +257,7 @@ renderer!(corrected);
 
 type Render = fn(&Prepared) -> Picture;
 
-/// How many words of each scene are others than in [`Mode::Exact`].
+/// Number of words of each scene that differ from [`Mode::Exact`].
 fn different_words(render: Render, mode: Mode) -> Vec<usize> {
     let different = |prepared: &Prepared| {
         let changed = with_mode(mode, || render(prepared));
@@ -292,13 +269,13 @@ fn different_words(render: Render, mode: Mode) -> Vec<usize> {
     SCENES.iter().map(different).collect()
 }
 
-/// The share of words that must differ where a variant is to be caught.
+/// Asserts that enough words differ to detect a variant.
 fn assert_caught(different: &[usize]) {
     let enough = (SIZE[0] * SIZE[1]) as usize / 10;
     assert!(different.iter().all(|&d| d > enough), "{different:?}");
 }
 
-/// The control: rewriting changes nothing, nor does correcting right results.
+/// Control: rewriting changes nothing, nor does correcting right results.
 #[test]
 fn exact_operations_draw_what_the_renderer_draws() {
     for prepared in SCENES.iter() {
@@ -320,7 +297,7 @@ fn contraction_and_other_rounding_are_caught() {
     assert_caught(&different_words(corrected::render, Mode::TowardZero));
 }
 
-/// The corrected operations do not depend on the device's; the native ones do.
+/// Corrected operations do not depend on the device's; native ones do.
 #[test]
 fn inaccurate_division_changes_native_pictures_only() {
     for ulps in [1, 3] {
@@ -340,7 +317,7 @@ fn flushing_denormals_changes_nothing() {
     }
 }
 
-/// A sphere so small that the squares of its edges are hardly above the denormals.
+/// A sphere so small that the squares of its edges are nearly subnormal.
 fn tiny() -> Prepared {
     let text = format!(
         "[camera]\neye = [0.0, 0.0, 4e-12]\ntarget = [0.0, 0.0, 0.0]\n[[object]]\nmesh = {:?}\nshape = {:?}\nrepeat = [8, 4]\ndepth = 0.05\n",
@@ -349,7 +326,7 @@ fn tiny() -> Prepared {
     );
     let path = Path::new("tiny.toml");
     let mut scene = Scene::parse(&text, path).unwrap();
-    // Less than a scene file may say.
+    // Smaller than a scene file may set.
     scene.objects[0].scale = 1e-12;
     Prepared::new(path, scene)
 }
@@ -362,7 +339,7 @@ fn flushing_denormals_is_caught_where_the_value_contract_is_broken() {
     let different = exact.different_words(&flushed);
     println!("{different} words differ");
     assert!(different > 1000, "{different} words");
-    // And the audit says so.
+    // The audit reports it.
     assert!(!findings.is_empty());
 }
 

@@ -1,15 +1,12 @@
-//! The viewer, in a window of a display without a screen: what a person does
-//! with the mouse and the keyboard, and what comes out of it.
+//! The viewer on a virtual display: mouse and keyboard input, and its results.
 
-mod window;
-
+use crate::window::{Display, Window};
 use relievo_tests::{asset, program};
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
-use window::{Display, Window};
 
-/// What `render` makes of a saved scene.
+/// Renders a saved scene.
 fn rendered(scene: &Path) -> image::RgbImage {
     let folder = tempfile::tempdir().unwrap();
     let output = folder.path().join("rendered.png");
@@ -87,7 +84,7 @@ fn gpu_ten_frames_a_second_while_it_moves() {
     let mut window = Window::open(&display, &asset("scenes/torus.toml"), folder.path());
     let rest = window.settle();
     let frames = rest.frames;
-    // Small pulls, one after the other, for as long as a person would.
+    // Small drags, one after the other, for as long as a user would.
     let took = window.turn("Picture", 40, Duration::from_millis(25));
     let drawn = window.probe().frames - frames;
     let rate = drawn as f64 / took.as_secs_f64();
@@ -97,7 +94,7 @@ fn gpu_ten_frames_a_second_while_it_moves() {
         window.probe().frame_size,
         rest.frame_size
     );
-    // How fast is a matter of the machine; that pictures follow is not.
+    // The rate depends on the machine; that pictures follow does not.
     assert!(drawn > 5, "{drawn}");
     let settled = window.settle();
     assert_eq!(
@@ -129,7 +126,7 @@ fn gpu_everything_can_be_reached_and_shown() {
         window.settle();
         assert_ne!(window.look("Picture").pixels, picture.pixels, "{show}");
     }
-    // What is saved is what is on the screen, pixel by pixel.
+    // The saved picture equals the screen, pixel by pixel.
     window.click("Wireframe");
     window.settle();
     window.key("Control+Shift+p");
@@ -154,7 +151,7 @@ fn gpu_everything_can_be_reached_and_shown() {
     assert!(window.settle().number("Split") > half + 0.05);
     window.choose("Compare with", "nothing");
 
-    // The panels become light, and the picture stays.
+    // The panels become light; the picture does not change.
     window.settle();
     let panel = |window: &Window| window.look("Shadows on itself").brightness();
     window.choose("Theme", "dark");

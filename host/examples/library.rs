@@ -1,4 +1,5 @@
-//! Relievo as a library: a scene is loaded, drawn, turned, and saved.
+//! Uses Relievo as a library: loads a scene, changes it, draws it and saves the picture.
+//!
 //! `cargo run --release -p relievo --example library -- assets/scenes/torus.toml OUT.png [cpu]`
 
 use relievo::picture::Picture;
@@ -16,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         _ => return Err("usage: library SCENE.toml OUT.png [cpu]".into()),
     };
 
-    // What the file says may be changed before anything is loaded.
+    // The scene may be changed before meshes and patterns are loaded.
     let mut scene = Scene::load(Path::new(scene))?;
     scene.size = [320, 240];
     for object in &mut scene.objects {
@@ -24,14 +25,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     }
     let prepared = prepare(&scene, &|_| ())?;
 
-    // Both renderers give the same words on a device that rounds as IEEE 754 has it.
+    // Both renderers give the same words on a device that rounds by IEEE 754.
     let mut renderer: Box<dyn Renderer + '_> = match choose(None) {
         Ok(adapter) if !on_cpu => Box::new(GpuRenderer::new(&prepared, &adapter, Choice::Trusted)?),
         _ => Box::new(CpuRenderer::new(&prepared)),
     };
     println!("{}", renderer.name());
 
-    // A frame is plain data: this one has the light from the left.
+    // A frame is plain data. Move the light to the left.
     let mut frame = prepared.frame_with_samples(prepared.supersampling);
     frame.light_direction = [-0.6, 0.8, 0.0];
     let words = renderer.color(&frame)?;

@@ -1,9 +1,34 @@
-//! Arbitrary output variables: what was hit, as one OpenEXR file.
+//! Arbitrary output variables (AOV): what each pixel hits, as one OpenEXR file.
+//!
+//! ```
+//! use relievo::aov::save_exr;
+//! use relievo::prepare::prepare;
+//! use relievo::render::{CpuRenderer, Renderer};
+//! use relievo::scene::Scene;
+//! use relievo::{Files, Limits};
+//! use std::path::Path;
+//!
+//! let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+//! let files = Files::memory([("quad.obj".into(), quad.as_bytes().into())]);
+//! let text = r#"
+//! image.size = [40, 30]
+//! [[object]]
+//! mesh = "quad.obj"
+//! shape = { text = "A" }
+//! projection = "planar-z"
+//! "#;
+//! let scene = Scene::parse_with(text, Path::new(""), &Limits::default(), files)?;
+//! let prepared = prepare(&scene, &|_| ())?;
+//! let words = CpuRenderer::new(&prepared).geometry(&prepared.frame)?;
+//! let folder = tempfile::tempdir().unwrap();
+//! save_exr(&folder.path().join("aov.exr"), &words, &scene, &prepared)?;
+//! # Ok::<(), relievo::Error>(())
+//! ```
 
 use crate::Error;
 use crate::file::write_bytes;
 use crate::prepare::PreparedScene;
-use crate::render::GeometryWords;
+use crate::render::{GeometryWords, Hit, Hits};
 use crate::scene::Scene;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{
@@ -11,46 +36,69 @@ use exr::prelude::{
 };
 use std::path::Path;
 
-/// Bytes that a pixel is estimated to take: as words, as channels, and encoded.
+/// Estimated bytes per pixel: words, channels, and the encoded file.
 pub const PIXEL_BYTES: u64 = 96;
 
-/// Writes the channels `t` (distance along the ray, world units), `u`, `v`
-/// (texture coordinates within one repeat, v down), `delta` (depth fraction),
-/// `class` (0 miss, 1 cap, 2 wall, 3 bevel, 4 floor) and `N.x`, `N.y`, `N.z`
-/// (unit normal, world axes), all 0 where nothing was hit; camera, scene and
-/// version in the metadata.
+/// A channel of the file.
+struct Channel {
+    name: &'static str,
+    value: Value,
+}
+
+/// Value of a channel for a hit; a miss is 0.
+enum Value {
+    Float(fn(Hit<'_, '_>) -> f32),
+    Integer(fn(Hit<'_, '_>) -> u32),
+}
+
+/// All channels; a new one is one line.
+#[rustfmt::skip]
+const CHANNELS: [Channel; 8] = [
+    Channel { name: "t", value: Value::Float(|hit| hit.t()) },
+    Channel { name: "u", value: Value::Float(|hit| hit.uv()[0]) },
+    Channel { name: "v", value: Value::Float(|hit| hit.uv()[1]) },
+    Channel { name: "delta", value: Value::Float(|hit| hit.delta()) },
+    Channel { name: "class", value: Value::Integer(|hit| hit.class().code()) },
+    Channel { name: "N.x", value: Value::Float(|hit| hit.normal()[0]) },
+    Channel { name: "N.y", value: Value::Float(|hit| hit.normal()[1]) },
+    Channel { name: "N.z", value: Value::Float(|hit| hit.normal()[2]) },
+];
+
+/// Writes the picture `words` of `prepared` in its own frame as OpenEXR, with
+/// camera, scene and version in the metadata.
+///
+/// The channels are `t` (distance along the ray, world units), `u`, `v` (texture
+/// coordinates within one repeat, v down), `delta` (depth fraction), `class` (0
+/// miss, 1 cap, 2 wall, 3 bevel, 4 floor) and `N.x`, `N.y`, `N.z` (unit normal,
+/// world axes). All are 0 for a miss.
 ///
 /// # Errors
 /// [`Error::Write`] or [`Error::Encode`].
+///
+/// # Panics
+/// If `words` and the frame of `prepared` differ in size.
 pub fn save_exr(
     path: &Path,
     words: &GeometryWords,
     scene: &Scene,
     prepared: &PreparedScene,
 ) -> Result<(), Error> {
-    let float = |f: &dyn Fn(usize) -> u32| {
-        FlatSamples::F32(
-            (0..words.place.len())
-                .map(|i| f32::from_bits(f(i)))
-                .collect(),
-        )
-    };
-    let channels = [
-        ("t", float(&|i| words.place[i][0])),
-        ("u", float(&|i| words.place[i][1])),
-        ("v", float(&|i| words.place[i][2])),
-        ("delta", float(&|i| words.place[i][3])),
-        (
-            "class",
-            FlatSamples::U32((0..words.surface.len()).map(|i| words.class(i)).collect()),
-        ),
-        ("N.x", float(&|i| words.surface[i][1])),
-        ("N.y", float(&|i| words.surface[i][2])),
-        ("N.z", float(&|i| words.surface[i][3])),
-    ];
-    let list = channels
-        .into_iter()
-        .map(|(name, samples)| AnyChannel::new(name, samples))
+    let hits = Hits::new(prepared, &prepared.frame, words);
+    let list = CHANNELS
+        .iter()
+        .map(|Channel { name, value }| {
+            let samples = match value {
+                Value::Float(value) => {
+                    let values = hits.pixels().map(|hit| hit.map_or(0.0, value));
+                    FlatSamples::F32(values.collect())
+                }
+                Value::Integer(value) => {
+                    let values = hits.pixels().map(|hit| hit.map_or(0, value));
+                    FlatSamples::U32(values.collect())
+                }
+            };
+            AnyChannel::new(*name, samples)
+        })
         .collect();
 
     let mut attributes = LayerAttributes::named("relievo");
@@ -76,7 +124,7 @@ pub fn save_exr(
         Encoding::FAST_LOSSLESS,
         AnyChannels::sort(list),
     );
-    // Rendered in memory first: the encoder seeks, and the file appears whole.
+    // Encoded in memory, since the encoder seeks and files are written whole.
     let mut bytes = std::io::Cursor::new(Vec::new());
     Image::from_layer(layer)
         .write()
@@ -85,10 +133,11 @@ pub fn save_exr(
             path: path.to_path_buf(),
             message: error.to_string(),
         })?;
-    write_bytes(path, bytes.get_ref())
+    Ok(write_bytes(path, bytes.get_ref())?)
 }
 
-/// OpenEXR text is Latin-1: other characters are written as `\u{…}`.
+/// Converts to Latin-1, the encoding of OpenEXR text, with other characters as
+/// `\u{…}`.
 fn latin(text: &str) -> Text {
     Text::new_or_none(text).unwrap_or_else(|| {
         let escaped: String = text

@@ -1,26 +1,39 @@
-//! The library's error: what failed, and whose fault it is.
+//! The library's error, of all modules together.
+//!
+//! ```
+//! use relievo::Error;
+//! use relievo::scene::Scene;
+//!
+//! let error = Error::from(Scene::load("none.toml".as_ref()).unwrap_err());
+//! assert!(!error.is_machine());
+//! assert!(error.to_string().contains("none.toml"));
+//! ```
 
+#[cfg(feature = "gpu")]
 use crate::export::ExportError;
+use crate::file::WriteError;
+use crate::limits::LimitError;
 use crate::mesh::MeshError;
 use crate::render::RenderError;
 use crate::scene::SceneError;
 use crate::shape_map::ShapeMapError;
+#[cfg(feature = "gpu")]
 use relievo_bitwise::DeviceError;
 use std::path::PathBuf;
 
-/// Everything that can go wrong between a scene file and a picture.
+/// Failure between a scene file and a picture.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// The scene file.
+    /// A scene file cannot be read.
     #[error(transparent)]
     Scene(#[from] SceneError),
-    /// A mesh.
+    /// A mesh cannot be loaded.
     #[error(transparent)]
     Mesh(#[from] MeshError),
-    /// A pattern or a shape map.
+    /// A pattern or a shape map cannot be loaded.
     #[error(transparent)]
     ShapeMap(#[from] ShapeMapError),
-    /// An object asks for what its assets cannot give.
+    /// The parameters of an object do not fit its mesh or pattern.
     #[error("{scene}: object {name:?}: {problem}")]
     Object {
         /// The scene file.
@@ -30,26 +43,14 @@ pub enum Error {
         /// What is wrong, and what to do.
         problem: String,
     },
-    /// A scene asks for more memory than it may have.
-    #[error(
-        "{scene}: {what} would take {needed} bytes beside {taken} for the rest, more than the limit of {limit}; make it smaller, or raise the limit (--max-memory)"
-    )]
-    Limit {
-        /// The scene file.
-        scene: PathBuf,
-        /// What does not fit.
-        what: String,
-        /// How much it needs, bytes.
-        needed: u64,
-        /// How much the rest of the scene takes, bytes.
-        taken: u64,
-        /// How much there may be in all, bytes.
-        limit: u64,
-    },
-    /// A renderer.
+    /// A scene would exceed its memory limit.
+    #[error(transparent)]
+    Limit(#[from] LimitError),
+    /// A renderer failed.
     #[error(transparent)]
     Render(#[from] RenderError),
     /// An object could not be exported.
+    #[cfg(feature = "gpu")]
     #[error(transparent)]
     Export(#[from] ExportError),
     /// A file could not be written.
@@ -60,7 +61,7 @@ pub enum Error {
         /// Why.
         source: std::io::Error,
     },
-    /// A file of measurements, or the folder of them, does not fit what is asked.
+    /// A file or folder of measurements does not fit the request.
     #[error("{path}: {problem}")]
     Measurements {
         /// The file or folder.
@@ -68,16 +69,23 @@ pub enum Error {
         /// What is wrong, and what to do.
         problem: String,
     },
-    /// A picture could not be encoded.
+    /// A file could not be encoded.
     #[error("cannot encode {path}: {message}")]
     Encode {
-        /// The file it was meant for.
+        /// The file.
         path: PathBuf,
         /// Why.
         message: String,
     },
 }
 
+impl From<WriteError> for Error {
+    fn from(WriteError { path, source }: WriteError) -> Error {
+        Error::Write { path, source }
+    }
+}
+
+#[cfg(feature = "gpu")]
 impl From<DeviceError> for Error {
     fn from(error: DeviceError) -> Error {
         Error::Render(error.into())
@@ -85,8 +93,8 @@ impl From<DeviceError> for Error {
 }
 
 impl Error {
-    /// Whether the machine is at fault (no adapter, out of memory, disk full),
-    /// and not the input.
+    /// Returns whether the machine is the cause (no adapter, out of memory, disk
+    /// full), not the input.
     pub fn is_machine(&self) -> bool {
         match self {
             Error::Render(error) => !matches!(error, RenderError::TimeLimit { .. }),

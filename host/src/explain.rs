@@ -1,4 +1,26 @@
-//! What a scene needs of the model, what it does not, and what that costs.
+//! Explains which parts of the model a scene uses, and what they cost.
+//!
+//! ```
+//! use relievo::explain::explain;
+//! use relievo::prepare::prepare;
+//! use relievo::scene::Scene;
+//! use relievo::{Files, Limits};
+//! use std::path::Path;
+//!
+//! let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+//! let files = Files::memory([("quad.obj".into(), quad.as_bytes().into())]);
+//! let text = r#"
+//! [[object]]
+//! mesh = "quad.obj"
+//! shape = { text = "A" }
+//! projection = "planar-z"
+//! "#;
+//! let scene = Scene::parse_with(text, Path::new(""), &Limits::default(), files)?;
+//! let explanation = explain(&prepare(&scene, &|_| ())?, &[])?;
+//! assert_eq!(explanation.memory.prisms, 0);
+//! println!("{explanation}");
+//! # Ok::<(), relievo::Error>(())
+//! ```
 
 use crate::budget::{FAST, PLANAR, Plan};
 use crate::prepare::{PreparedObject, PreparedScene};
@@ -13,18 +35,18 @@ use std::sync::Arc;
 /// A part of the model.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Feature {
-    /// What it is.
+    /// Its name.
     pub name: &'static str,
-    /// Whether the scene has it.
+    /// Whether the scene uses it.
     pub is_in: bool,
-    /// Because of which key or file.
+    /// The key or file that decides it.
     pub why: String,
 }
 
-/// The shader of an object, beside the one that holds everything.
+/// Size of an object's shader, and of the general shader that has all features.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ShaderCost {
-    /// The entry point that is used.
+    /// The entry point used.
     pub entry_point: &'static str,
     /// Its instructions.
     pub instructions: usize,
@@ -34,45 +56,45 @@ pub struct ShaderCost {
     pub general_instructions: usize,
 }
 
-/// What one object needs.
+/// Explanation of one object.
 #[derive(Clone, Debug)]
 pub struct ObjectPlan {
     /// The object's name.
     pub name: String,
-    /// How its budget is kept, if it has one.
+    /// Its plan, if it has a budget.
     pub plan: Option<Plan>,
-    /// Everything that there is, in or out.
+    /// All features, used or not.
     pub features: Vec<Feature>,
     /// Its colour shader in the exact module, and in the fast one.
     pub shaders: [ShaderCost; 2],
 }
 
-/// What a scene needs.
+/// Explanation of a scene.
 #[derive(Clone, Debug)]
 pub struct Explanation {
     /// Each object in the picture.
     pub objects: Vec<ObjectPlan>,
-    /// Names of the objects that are not in it, and not prepared.
+    /// Names of the objects outside the picture, which are not prepared.
     pub outside: Vec<String>,
-    /// What it takes of a device to draw its picture.
+    /// Memory of a device to draw its picture.
     pub memory: Memory,
-    /// What it takes where everything is made: triangles and prisms, colours and
-    /// geometry.
+    /// The same with triangles and prisms, colours and geometry for every object.
     pub general_memory: Memory,
 }
 
-/// Says what `scene` needs.
+/// Explains `scene` and the plans of its objects, if any (see
+/// [`crate::budget::PlannedScene`]).
 ///
 /// # Errors
-/// [`RenderError::Device`] where a module built in is none.
-pub fn explain(scene: &PreparedScene) -> Result<Explanation, RenderError> {
+/// [`RenderError::Device`] if a built-in shader module is malformed.
+pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanation, RenderError> {
     let modules = [Shaders::Exact.module()?, Shaders::Fast.module()?];
     let objects = scene.objects.iter().enumerate();
     Ok(Explanation {
         objects: objects
             .map(|(index, object)| ObjectPlan {
                 name: object.name.clone(),
-                plan: object.plan.clone(),
+                plan: plans.get(index).cloned().flatten(),
                 features: features(object, &scene.objects[..index]),
                 shaders: modules.each_ref().map(|module| shader_cost(object, module)),
             })
@@ -95,7 +117,7 @@ fn shader_cost(object: &PreparedObject, module: &Module) -> ShaderCost {
     }
 }
 
-/// Every feature, for `object`, before which come `earlier` ones.
+/// Returns all features for `object`, which comes after the `earlier` ones.
 fn features(object: &PreparedObject, earlier: &[PreparedObject]) -> Vec<Feature> {
     let parameters = &object.parameters;
     let feature = |name, is_in, why: &str, why_not: &str| Feature {
@@ -237,9 +259,9 @@ fn explain_plan(plan: &Plan, formatter: &mut fmt::Formatter<'_>) -> fmt::Result 
         writeln!(
             formatter,
             "  model: the {tier} tier is likely wrong by {:.2} px ({:.2} to {:.2})",
-            model.predict(&plan.view),
-            model.predict(&plan.view) * model.low,
-            model.predict(&plan.view) * model.high,
+            model.predict(&plan.metrics),
+            model.predict(&plan.metrics) * model.low,
+            model.predict(&plan.metrics) * model.high,
         )?;
     }
     for (recipe, trial) in &plan.trials {

@@ -1,23 +1,42 @@
-//! Reading regular files only, and writing files and folders whole or not at all.
+//! Reads regular files only, and writes files and folders whole or not at all.
+//!
+//! ```
+//! use relievo::file::{read_regular, write_bytes};
+//!
+//! let folder = tempfile::tempdir()?;
+//! let path = folder.path().join("new/a.txt");
+//! write_bytes(&path, b"text")?;
+//! assert_eq!(read_regular(&path, 100)?, b"text");
+//! assert!(read_regular(&path, 3).is_err());
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
-use crate::Error;
-use crate::files::too_large;
 use std::fs::File;
-use std::io::{BufWriter, Read, Write};
+use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-/// Opens `path` for reading. Anything but a regular file is an error: a pipe or
-/// a device might never end, or never begin.
+/// Error of writing a file or folder.
+#[derive(Debug, thiserror::Error)]
+#[error("cannot write {path}: {source}")]
+pub struct WriteError {
+    /// The file or folder.
+    pub path: PathBuf,
+    /// Error of the system.
+    pub source: io::Error,
+}
+
+/// Opens a regular file for reading. Pipes and devices are errors: reading them
+/// may never end, and opening them may block.
 ///
 /// # Errors
-/// What the system says, or that `path` is no regular file.
-pub fn open_regular(path: &Path) -> std::io::Result<File> {
-    // Asked first: it is opening that waits for a pipe's other end.
+/// Error of the system, or that `path` is not a regular file.
+pub fn open_regular(path: &Path) -> io::Result<File> {
+    // Checked first: opening a pipe waits for its other end.
     if std::fs::metadata(path)?.is_file() {
         File::open(path)
     } else {
-        Err(std::io::Error::other(
+        Err(io::Error::other(
             "it is a folder, a pipe or a device; name a regular file",
         ))
     }
@@ -26,14 +45,14 @@ pub fn open_regular(path: &Path) -> std::io::Result<File> {
 /// Reads a regular file of at most `limit` bytes.
 ///
 /// # Errors
-/// As [`open_regular`]; [`std::io::ErrorKind::FileTooLarge`] before a larger file is read.
-pub fn read_regular(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
+/// As [`open_regular`]; [`ErrorKind::FileTooLarge`] before a larger file is read.
+pub fn read_regular(path: &Path, limit: u64) -> io::Result<Vec<u8>> {
     let file = open_regular(path)?;
     let length = file.metadata()?.len();
     let mut bytes = Vec::new();
     if length <= limit {
         bytes.try_reserve_exact(length as usize)?;
-        // It may grow while it is read.
+        // The file may grow while it is read.
         file.take(limit.saturating_add(1)).read_to_end(&mut bytes)?;
     }
     if length.max(bytes.len() as u64) > limit {
@@ -42,15 +61,23 @@ pub fn read_regular(path: &Path, limit: u64) -> std::io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The temporary files and folders that are being written.
+/// Returns the error for a file of more than `limit` bytes.
+pub(crate) fn too_large(limit: u64) -> io::Error {
+    io::Error::new(
+        ErrorKind::FileTooLarge,
+        format!("it has more than {limit} bytes; make it smaller, or raise the limit"),
+    )
+}
+
+/// Temporary files and folders that are being written.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
-    // A list of paths is whole whoever panicked.
+    // A panic elsewhere leaves the list valid.
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Stands for a temporary file or folder in [`UNFINISHED`].
+/// Keeps a temporary file or folder in [`UNFINISHED`].
 struct Registered(PathBuf);
 
 impl Drop for Registered {
@@ -59,13 +86,13 @@ impl Drop for Registered {
     }
 }
 
-/// Removes the temporary files and folders of this process and then calls `end`, which ends
-/// it: for a program that is told to stop. Files that are complete stay.
+/// Removes the temporary files and folders of this process, then calls `end`,
+/// which ends it. For programs that are told to stop. Complete files stay.
 pub fn abandon(end: impl FnOnce()) {
-    // Held to the end: nothing is renamed or begun after this.
+    // Locked to the end: nothing is renamed or begun after this.
     let paths = unfinished();
     for path in paths.iter() {
-        // There is nobody left to tell.
+        // The program ends: errors cannot be reported.
         let _ = if path.is_dir() {
             std::fs::remove_dir_all(path)
         } else {
@@ -75,29 +102,26 @@ pub fn abandon(end: impl FnOnce()) {
     end();
 }
 
-/// Writes `path` by way of a temporary file beside it, renamed when `write`
-/// has succeeded. Folders that are missing are made. Anything but a regular
-/// file that is there already is an error: it would be replaced.
+/// Writes a file: into a temporary file beside `path`, which is renamed when
+/// `write` has succeeded. Missing folders are created. Anything but a regular
+/// file at `path` is an error.
 ///
 /// # Errors
-/// [`Error::Write`], or what `write` returns.
-pub fn write_whole(
+/// [`WriteError`], or the error of `write`.
+pub fn write_whole<E: From<WriteError>>(
     path: &Path,
-    write: impl FnOnce(&mut BufWriter<&std::fs::File>) -> Result<(), Error>,
-) -> Result<(), Error> {
-    let failed = |source| Error::Write {
+    write: impl FnOnce(&mut BufWriter<&File>) -> Result<(), E>,
+) -> Result<(), E> {
+    let failed = |source| WriteError {
         path: path.to_path_buf(),
         source,
     };
     if path.is_dir() {
-        return Err(failed(std::io::Error::other(
-            "it is a folder; name a file in it",
-        )));
+        return Err(failed(io::Error::other("it is a folder; name a file in it")).into());
     }
     if path.exists() && !path.is_file() {
-        return Err(failed(std::io::Error::other(
-            "it is a pipe or a device; name a regular file",
-        )));
+        let problem = "it is a pipe or a device; name a regular file";
+        return Err(failed(io::Error::other(problem)).into());
     }
     let folder = match path.parent() {
         Some(folder) if !folder.as_os_str().is_empty() => folder,
@@ -109,13 +133,13 @@ pub fn write_whole(
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As an ordinary new file; the umask is applied to it.
+        // Permissions of an ordinary new file; the umask is applied.
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
-    // Dropped after the file, which is removed if it was not renamed.
+    // Dropped after the file, which is removed unless it was renamed.
     let _registered;
     let file = {
-        // Not begun while the program ends.
+        // Nothing is begun while the program ends.
         let mut paths = unfinished();
         let file = builder.tempfile_in(folder).map_err(failed)?;
         paths.push(file.path().to_path_buf());
@@ -131,35 +155,35 @@ pub fn write_whole(
     Ok(())
 }
 
-/// Writes `bytes` to `path`, as [`write_whole`] does.
+/// Writes a file as [`write_whole`] does.
 ///
 /// # Errors
-/// [`Error::Write`].
-pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), Error> {
+/// [`WriteError`].
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<(), WriteError> {
     write_whole(path, |file| {
-        file.write_all(bytes).map_err(|source| Error::Write {
+        file.write_all(bytes).map_err(|source| WriteError {
             path: path.to_path_buf(),
             source,
         })
     })
 }
 
-/// Writes files into `folder`, each with its place there (with `/` between the
-/// parts): into a temporary folder first, which is renamed when it is complete.
-/// Where `folder` is there already, they are moved into it one by one then, in
-/// place of files of the same names, and what else it holds stays.
+/// Writes files into `folder`; `files` are their paths in it, with `/` between
+/// the parts, and their bytes. They are written to a temporary folder, which is
+/// renamed when it is complete. If `folder` exists, they are moved into it one by
+/// one instead; other files in it stay.
 ///
 /// # Errors
-/// [`Error::Write`].
+/// [`WriteError`].
 pub fn write_folder<'a>(
     folder: &Path,
     files: impl Iterator<Item = (&'a str, &'a [u8])> + Clone,
-) -> Result<(), Error> {
+) -> Result<(), WriteError> {
     let failed = |path: &Path| {
         let path = path.to_path_buf();
-        |source| Error::Write { path, source }
+        |source| WriteError { path, source }
     };
-    let refuse = |path: &Path, problem: &str| failed(path)(std::io::Error::other(problem));
+    let refuse = |path: &Path, problem: &str| failed(path)(io::Error::other(problem));
     let is_there = folder.exists();
     if is_there && !folder.is_dir() {
         return Err(refuse(folder, "it is no folder; choose another name"));
@@ -184,13 +208,13 @@ pub fn write_folder<'a>(
     #[cfg(unix)]
     {
         use std::os::unix::fs::PermissionsExt;
-        // As an ordinary new folder; the umask is applied to it.
+        // Permissions of an ordinary new folder; the umask is applied.
         builder.permissions(std::fs::Permissions::from_mode(0o777));
     }
-    // Dropped after the folder, which is removed if it was not renamed.
+    // Dropped after the folder, which is removed unless it was renamed.
     let _registered;
     let made = {
-        // Not begun while the program ends.
+        // Nothing is begun while the program ends.
         let mut paths = unfinished();
         let made = builder.tempdir_in(around).map_err(failed(folder))?;
         paths.push(made.path().to_path_buf());
@@ -210,7 +234,7 @@ pub fn write_folder<'a>(
     let _paths = unfinished();
     if !is_there {
         std::fs::rename(made.path(), folder).map_err(failed(folder))?;
-        // It has another name now, and is not to be removed.
+        // Renamed: it must not be removed.
         let _ = made.keep();
         return Ok(());
     }
@@ -235,9 +259,9 @@ mod tests {
             write_whole(&path, |file| {
                 file.write_all(bytes).unwrap();
                 if fail {
-                    return Err(Error::Encode {
+                    return Err(WriteError {
                         path: path.clone(),
-                        message: "no".into(),
+                        source: io::Error::other("no"),
                     });
                 }
                 Ok(())
@@ -255,9 +279,7 @@ mod tests {
     #[test]
     fn a_folder_is_no_file() {
         let folder = tempfile::tempdir().unwrap();
-        let message = write_whole(folder.path(), |_| Ok(()))
-            .unwrap_err()
-            .to_string();
+        let message = write_bytes(folder.path(), b"").unwrap_err().to_string();
         assert!(message.contains("folder"), "{message}");
     }
 }

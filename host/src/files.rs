@@ -1,7 +1,16 @@
-//! Where files are read from: the disk, all of it or a folder, or memory, where
-//! there is no disk.
+//! Sources of files: the disk, one folder of it, or memory.
+//!
+//! ```
+//! use relievo::Files;
+//! use std::path::Path;
+//!
+//! let files = Files::memory([("meshes/a.obj".into(), b"v 0 0 0".as_slice().into())]);
+//! assert_eq!(*files.read(Path::new("./meshes/a.obj"), 100)?, *b"v 0 0 0");
+//! assert!(files.check(Path::new("b.obj")).is_err());
+//! # Ok::<(), std::io::Error>(())
+//! ```
 
-use crate::file::open_regular;
+use crate::file::{open_regular, read_regular, too_large};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -9,27 +18,28 @@ use std::io::{self, BufRead, BufReader, Cursor, ErrorKind, Read, Seek, SeekFrom}
 use std::path::{Component, Path, PathBuf};
 use std::sync::Arc;
 
-/// A folder of this name lies beside those with the meshes and patterns.
+/// Name of the folder of scenes that may read their parent folder.
 const SCENES: &str = "scenes";
 
-/// Names of files that a message lists.
+/// Maximum number of file names in a message.
 const LISTED: usize = 12;
 
-/// The files that may be read. All else is refused.
+/// The files that may be read.
 #[derive(Clone, Debug, Default)]
 pub enum Files {
     /// Every file of the disk.
     #[default]
     Disk,
-    /// Those of the disk in this folder and below, without symbolic links.
+    /// Files in this folder and below; the path is absolute, without symbolic
+    /// links.
     Below(PathBuf),
-    /// These, by their names, of which [`normal`] changes nothing: the disk is
-    /// not asked for anything. [`Files::memory`] makes such names.
+    /// Files in memory by their [`normal`] paths; see [`Files::memory`]. The disk
+    /// is not read.
     Memory(Arc<BTreeMap<PathBuf, Arc<[u8]>>>),
 }
 
 impl Files {
-    /// Files in memory, by their names.
+    /// Creates files in memory from their paths and bytes.
     pub fn memory(files: impl IntoIterator<Item = (PathBuf, Arc<[u8]>)>) -> Files {
         let files = files.into_iter();
         Files::Memory(Arc::new(
@@ -37,11 +47,11 @@ impl Files {
         ))
     }
 
-    /// What a scene in `folder` may read: what is in there, or in the folder
-    /// around it if it is called `scenes`.
+    /// Returns the files that a scene in `folder` may read: those in it, or in its
+    /// parent folder if it is called `scenes`.
     ///
     /// # Errors
-    /// What the system says of `folder`.
+    /// Error of the system if `folder` cannot be resolved.
     pub fn of_scene(folder: &Path) -> io::Result<Files> {
         let folder = if folder == Path::new("") {
             Path::new(".")
@@ -55,10 +65,10 @@ impl Files {
         }))
     }
 
-    /// Checks that `path` may be read. On the disk it need not be there.
+    /// Checks that `path` may be read. A file on the disk need not exist.
     ///
     /// # Errors
-    /// What stands against it, and the way out.
+    /// The reason, and the way out.
     pub fn check(&self, path: &Path) -> Result<(), String> {
         match self {
             Files::Disk => Ok(()),
@@ -90,7 +100,8 @@ impl Files {
     /// Opens a regular file.
     ///
     /// # Errors
-    /// What the system says, that `path` is no regular file, or may not be read.
+    /// Error of the system, or that `path` is not a regular file or may not be
+    /// read.
     pub(crate) fn open(&self, path: &Path) -> io::Result<Opened> {
         if let Files::Memory(files) = self {
             let bytes = files
@@ -113,11 +124,11 @@ impl Files {
     /// Reads a regular file of at most `limit` bytes.
     ///
     /// # Errors
-    /// As [`Files::open`]; [`ErrorKind::FileTooLarge`] before a larger file is read.
-    pub(crate) fn read(&self, path: &Path, limit: u64) -> io::Result<Cow<'_, [u8]>> {
+    /// As `Files::open`; [`ErrorKind::FileTooLarge`] before a larger file is read.
+    pub fn read(&self, path: &Path, limit: u64) -> io::Result<Cow<'_, [u8]>> {
         let Files::Memory(files) = self else {
             self.allow(path)?;
-            return crate::file::read_regular(path, limit).map(Cow::Owned);
+            return read_regular(path, limit).map(Cow::Owned);
         };
         let bytes = files.get(&normal(path)).ok_or_else(|| missing(files))?;
         if bytes.len() as u64 > limit {
@@ -126,27 +137,19 @@ impl Files {
         Ok(Cow::Borrowed(bytes))
     }
 
-    /// Whether `path` is a folder of the disk.
+    /// Returns whether `path` is a folder on the disk.
     pub(crate) fn is_folder(&self, path: &Path) -> bool {
         !matches!(self, Files::Memory(_)) && path.is_dir()
     }
 
-    /// As [`Files::check`], for a file that is about to be read.
+    /// Checks a path that is about to be read, as [`Files::check`].
     fn allow(&self, path: &Path) -> io::Result<()> {
         self.check(path)
             .map_err(|problem| io::Error::new(ErrorKind::PermissionDenied, format!("it {problem}")))
     }
 }
 
-/// The error for a file that is larger than it may be.
-pub(crate) fn too_large(limit: u64) -> io::Error {
-    io::Error::new(
-        ErrorKind::FileTooLarge,
-        format!("it has more than {limit} bytes; make it smaller, or raise the limit"),
-    )
-}
-
-/// The error for a name that no file has.
+/// Returns the error for a missing file in memory.
 fn missing(files: &BTreeMap<PathBuf, Arc<[u8]>>) -> io::Error {
     io::Error::new(
         ErrorKind::NotFound,
@@ -154,7 +157,7 @@ fn missing(files: &BTreeMap<PathBuf, Arc<[u8]>>) -> io::Error {
     )
 }
 
-/// The names of `files`, or the first of them.
+/// Lists the first names of `files`.
 fn listed(files: &BTreeMap<PathBuf, Arc<[u8]>>) -> String {
     if files.is_empty() {
         return "none at all".to_string();
@@ -170,8 +173,8 @@ fn listed(files: &BTreeMap<PathBuf, Arc<[u8]>>) -> String {
     text
 }
 
-/// `path` without `.`, `..` and a root, as its text has it: no link is followed,
-/// and nothing lies above the first folder.
+/// Returns `path` without `.`, `..` and root. Links are not resolved, and `..` stops
+/// at the first folder.
 pub fn normal(path: &Path) -> PathBuf {
     let mut parts = PathBuf::new();
     for component in path.components() {
@@ -186,10 +189,10 @@ pub fn normal(path: &Path) -> PathBuf {
     parts
 }
 
-/// How a file in the folder `from` names `to`, with `/` between folders: a way
-/// up and down, or `to` itself where there is none, as from one drive to
-/// another. Both are absolute, without links and `..`.
-pub(crate) fn relative(from: &Path, to: &Path) -> String {
+/// Returns the path of `to` relative to the folder `from`, with `/` between folders;
+/// `to` itself if there is none, as between drives. Both paths are absolute, without
+/// links and `..`.
+pub fn relative(from: &Path, to: &Path) -> String {
     let shared = from
         .components()
         .zip(to.components())
@@ -210,9 +213,9 @@ pub(crate) fn relative(from: &Path, to: &Path) -> String {
     names.join("/")
 }
 
-/// A file that is read bit by bit.
+/// An open file.
 pub(crate) struct Opened {
-    /// Bytes in it.
+    /// Length, bytes.
     pub(crate) length: u64,
     source: Source,
 }
@@ -256,7 +259,8 @@ impl Seek for Opened {
     }
 }
 
-/// The absolute path of a file that is not there, as far as it is.
+/// Returns the absolute path of a missing file, with links resolved as far as folders
+/// exist.
 fn without_dots(path: &Path) -> PathBuf {
     let mut real = PathBuf::new();
     let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());

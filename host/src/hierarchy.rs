@@ -1,4 +1,4 @@
-//! Bounding volume hierarchies, for renderers and oracles.
+//! Builds bounding volume hierarchies for renderers and oracles.
 
 use obvhs::BvhBuildParams;
 use obvhs::aabb::Aabb;
@@ -7,8 +7,9 @@ use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
 use obvhs::ploc::PlocBuilder;
 
-/// A hierarchy over `boxes`: what `obvhs::bvh2::builder::build_bvh2` makes with
-/// its medium parameters, without asking a clock, which browsers have not.
+/// Builds a hierarchy over `boxes`, equal to that of
+/// `obvhs::bvh2::builder::build_bvh2` with medium parameters, but without reading
+/// the clock, which browsers do not have.
 pub(crate) fn build(boxes: &[Aabb]) -> Bvh2 {
     let parameters = BvhBuildParams::medium_build();
     let mut hierarchy = PlocBuilder::with_capacity(boxes.len()).build(

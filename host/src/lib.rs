@@ -18,29 +18,20 @@
 //! export     data → shaders in other languages, and what they read
 //! overlay    the polygon mesh over a picture
 //! oracle     words against what closed forms say
-//! gallery    the paper's figures as one page
-//! bounds     the f32 mathematics against its f64 twin, function by function
 //! verify     GPU words against CPU words
-//! bench      how long frames take, beside the paper's table
-//! viewer     a window: a scene that can be turned, parameters under sliders
-//! tradeoff   what every choice costs and what it buys, as one chart and page
 //! ```
 //!
 //! The mathematics stands in `relievo-shared`, and only there.
 
 pub mod aov;
-#[cfg(feature = "studies")]
-pub mod bench;
-#[cfg(feature = "studies")]
-pub mod bounds;
 pub mod budget;
 pub mod error;
+#[cfg(feature = "gpu")]
 pub mod explain;
+#[cfg(feature = "gpu")]
 pub mod export;
 pub mod file;
 pub mod files;
-#[cfg(feature = "studies")]
-pub mod gallery;
 mod hierarchy;
 pub mod limits;
 pub mod mesh;
@@ -52,11 +43,8 @@ pub mod render;
 pub mod scene;
 pub mod shape_map;
 pub mod shell;
-#[cfg(feature = "studies")]
-pub mod tradeoff;
+#[cfg(feature = "gpu")]
 pub mod verify;
-#[cfg(feature = "viewer")]
-pub mod viewer;
 
 pub use error::Error;
 pub use files::Files;

@@ -1,32 +1,60 @@
-//! What a scene may take of the machine that draws it: memory, and which files
-//! it may read.
+//! Limits of what a scene may use: memory, and the files it may read.
 //!
-//! A scene is a few lines of text that can ask for more than there is. What it
-//! asks for is estimated and compared with [`Limits`] before memory is set
-//! aside for it.
+//! A scene of a few lines can ask for more than the machine has. Sizes are
+//! estimated and compared with [`Limits`] before memory is allocated.
+//!
+//! ```
+//! use relievo::Limits;
+//! use relievo::limits::Account;
+//! use std::path::Path;
+//!
+//! let limits = Limits { memory: 1000, ..Limits::default() };
+//! let mut account = Account::new(Path::new("scene.toml"), &limits);
+//! account.take("a mesh", 9, 100)?;
+//! assert_eq!(account.left(8), 12);
+//! assert!(account.take("a map", 13, 8).is_err());
+//! # Ok::<(), relievo::limits::LimitError>(())
+//! ```
 
-use crate::Error;
 use std::fmt;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-/// Limits of one scene. The defaults are generous: what exceeds them is more
-/// often a mistake or malice than a picture.
+/// Error of a scene that asks for more memory than it may have.
+#[derive(Debug, thiserror::Error)]
+#[error(
+    "{scene}: {what} would take {needed} bytes beside {taken} for the rest, more than the limit of {limit}; make it smaller, or raise the limit (--max-memory)"
+)]
+pub struct LimitError {
+    /// The scene file.
+    pub scene: PathBuf,
+    /// What does not fit.
+    pub what: String,
+    /// Memory that it needs, bytes.
+    pub needed: u64,
+    /// Memory of the rest of the scene, bytes.
+    pub taken: u64,
+    /// Limit of all memory, bytes.
+    pub limit: u64,
+}
+
+/// Limits of one scene. The defaults are generous: a scene that exceeds them is
+/// more likely a mistake or malicious than a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Objects (default 4,096).
+    /// Number of objects (default 4,096).
     pub objects: usize,
-    /// Triangles of all objects together, each counted as often as it is drawn
-    /// (default 2²⁶; a mesh alone never has more than 2²⁸).
+    /// Number of triangles of all objects together, each counted as often as it
+    /// is drawn (default 2²⁶; a mesh alone never has more than 2²⁸).
     pub triangles: usize,
     /// Pixels of a pattern, or texels of a baked shape map (default 2²⁸, a
     /// square of 16,384; never more than 2³⁰).
     pub pixels: u64,
-    /// Bytes that meshes, shape maps and the picture are estimated to take
-    /// together (default 8 GiB).
+    /// Estimated memory of meshes, shape maps and the picture together, bytes
+    /// (default 8 GiB).
     pub memory: u64,
-    /// Whether a scene may read files outside of its folder. Where it may not
-    /// (the default), the folder around counts as well if the scene's is called
-    /// `scenes`: there meshes and patterns lie beside it.
+    /// Whether a scene may read files outside its folder (default `false`). If
+    /// its folder is called `scenes`, the parent folder counts as well, which
+    /// holds meshes and patterns.
     pub outside: bool,
 }
 
@@ -43,7 +71,7 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// The default limits, for a scene that may read any file.
+    /// Returns the default limits, for a scene that may read any file.
     pub fn trusting() -> Limits {
         Limits {
             outside: true,
@@ -52,7 +80,7 @@ impl Limits {
     }
 }
 
-/// Keeps count of the memory that one scene takes.
+/// Counts the memory that one scene uses.
 #[derive(Clone, Debug)]
 pub struct Account<'a> {
     scene: &'a Path,
@@ -61,7 +89,7 @@ pub struct Account<'a> {
 }
 
 impl<'a> Account<'a> {
-    /// Nothing is taken yet of the memory that `limits` allows `scene`.
+    /// Creates an empty account of `scene` with the memory that `limits` allows.
     pub fn new(scene: &'a Path, limits: &Limits) -> Account<'a> {
         Account {
             scene,
@@ -70,19 +98,24 @@ impl<'a> Account<'a> {
         }
     }
 
-    /// How much there still may be, in items of `bytes` each.
+    /// Returns the number of items of `bytes` each that still fit.
     pub fn left(&self, bytes: u64) -> u64 {
         (self.limit - self.taken) / bytes
     }
 
-    /// Takes `count` times `bytes` for `what`, before they are set aside.
+    /// Takes `count` times `bytes` for `what`, before they are allocated.
     ///
     /// # Errors
-    /// [`Error::Limit`], if that is more than is left.
-    pub fn take(&mut self, what: impl fmt::Display, count: u64, bytes: u64) -> Result<(), Error> {
+    /// [`LimitError`] if that is more than is left.
+    pub fn take(
+        &mut self,
+        what: impl fmt::Display,
+        count: u64,
+        bytes: u64,
+    ) -> Result<(), LimitError> {
         let needed = count.saturating_mul(bytes);
         if needed > self.limit - self.taken {
-            return Err(Error::Limit {
+            return Err(LimitError {
                 scene: self.scene.to_path_buf(),
                 what: what.to_string(),
                 needed,
@@ -109,7 +142,6 @@ mod tests {
         account.take("a mesh", 9, 10).unwrap();
         assert_eq!(account.left(3), 3);
         let error = account.take("a map", 11, 1).unwrap_err();
-        assert!(!error.is_machine());
         let message = error.to_string();
         for part in ["a.toml", "a map", "11 bytes", "90", "100", "--max-memory"] {
             assert!(message.contains(part), "{message}");

@@ -1,4 +1,29 @@
-//! The polygon mesh, drawn over a picture of the scene.
+//! Draws the polygon mesh over a picture of the scene.
+//!
+//! ```
+//! use relievo::overlay::draw_mesh;
+//! use relievo::picture::Picture;
+//! use relievo::prepare::prepare;
+//! use relievo::scene::{Color, Scene};
+//! use relievo::{Files, Limits};
+//! use std::path::Path;
+//!
+//! let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+//! let files = Files::memory([("quad.obj".into(), quad.as_bytes().into())]);
+//! let text = r#"
+//! image.size = [40, 30]
+//! [[object]]
+//! mesh = "quad.obj"
+//! shape = { text = "A" }
+//! projection = "planar-z"
+//! "#;
+//! let scene = Scene::parse_with(text, Path::new(""), &Limits::default(), files)?;
+//! let prepared = prepare(&scene, &|_| ())?;
+//! let mut picture = Picture { width: 40, height: 30, bytes: vec![255; 3 * 40 * 30] };
+//! draw_mesh(&mut picture, &prepared, Color::from_hex(0))?;
+//! assert!(picture.bytes.iter().any(|byte| *byte < 255));
+//! # Ok::<(), relievo::Error>(())
+//! ```
 
 use crate::picture::Picture;
 use crate::prepare::PreparedScene;
@@ -12,20 +37,19 @@ use relievo_shared::outline::bounding_rectangle;
 
 /// Samples per pixel side: edges are two samples wide, so one pixel.
 const SAMPLES: u32 = 2;
-/// How much of an edge's pixel takes the edge's colour.
+/// Opacity of an edge, 0…1.
 const OPACITY: f32 = 0.7;
-/// The sample shows no facet.
+/// Marks a sample without a facet.
 const NO_FACET: u32 = u32::MAX;
 
-/// Draws the edges that the eye sees of the scene's flat facets, one pixel
-/// wide, in `color`: where the nearest facet, front side only, is another than
-/// beside it.
+/// Draws the visible edges of the scene's flat facets in `color`, one pixel wide:
+/// where the nearest front-facing facet differs between neighbouring samples.
 ///
 /// # Errors
 /// [`RenderError::Memory`].
 ///
 /// # Panics
-/// If `picture` has not the scene's size.
+/// If `picture` and the scene differ in size.
 pub fn draw_mesh(
     picture: &mut Picture,
     scene: &PreparedScene,
@@ -70,7 +94,7 @@ pub fn draw_mesh(
     Ok(())
 }
 
-/// The number of the triangle nearest to the eye in each pixel of `frame`.
+/// Finds the index of the nearest triangle in each pixel of `frame`.
 fn nearest_facets(
     frame: &Frame,
     triangles: &[&Triangle],

@@ -1,4 +1,17 @@
-//! From a renderer's words to a PNG.
+//! Develops a renderer's words into an sRGB picture, and writes PNG files.
+//!
+//! ```
+//! use relievo::picture::Picture;
+//! use relievo::render::ColorWords;
+//!
+//! let white = [1.0_f32.to_bits(), 1.0_f32.to_bits(), 1.0_f32.to_bits(), 0];
+//! let words = ColorWords { width: 2, height: 2, words: vec![white; 4] };
+//! // One pixel of four samples.
+//! let picture = Picture::develop(&words, 2)?;
+//! assert_eq!(picture.bytes, [255; 3]);
+//! assert!(picture.png(&[])?.starts_with(b"\x89PNG"));
+//! # Ok::<(), relievo::Error>(())
+//! ```
 
 use crate::Error;
 use crate::file::write_whole;
@@ -19,10 +32,10 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Averages `factor`² samples a pixel in linear light and encodes as sRGB.
+    /// Averages `factor`² samples per pixel in linear light, and encodes as sRGB.
     ///
     /// # Errors
-    /// [`RenderError::Memory`].
+    /// [`RenderError::Memory`] if the memory does not suffice.
     ///
     /// # Panics
     /// If the sides of `words` are not multiples of `factor`.
@@ -65,7 +78,7 @@ impl Picture {
         write_whole(path, |file| self.encode(file, path, comments))
     }
 
-    /// The bytes of such a file.
+    /// Encodes the picture as [`Picture::save_png`] does.
     ///
     /// # Errors
     /// [`Error::Encode`].
@@ -106,8 +119,8 @@ impl Picture {
     }
 }
 
-/// The sRGB of a linear channel, 0…1.
-pub(crate) fn srgb(linear: f32) -> f32 {
+/// Converts a linear channel to sRGB, 0…1.
+pub fn srgb(linear: f32) -> f32 {
     let x = linear.clamp(0.0, 1.0);
     if x <= 0.003_130_8 {
         12.92 * x
@@ -116,7 +129,7 @@ pub(crate) fn srgb(linear: f32) -> f32 {
     }
 }
 
-/// The sRGB byte of a linear channel; 0 for NaN.
+/// Converts a linear channel to an sRGB byte; 0 for NaN.
 fn srgb_byte(linear: f32) -> u8 {
     (srgb(linear) * 255.0 + 0.5) as u8
 }

@@ -4,7 +4,7 @@
 use glam::DVec3;
 use rayon::prelude::*;
 use relievo_shared::contract::LARGEST;
-use relievo_shared::layout::{NO_NEIGHBOUR, Shell, Slab};
+use relievo_shared::layout::{NO_NEIGHBOUR, PrismData, Slab};
 
 use crate::mesh::{FOLDED, MeshShell, Quadratic};
 
@@ -29,7 +29,7 @@ const SMALLEST: f64 = 8.673_617_379_884_035e-19;
 ///
 /// Bounds hold the prism of the rounded coefficients, with margins for the
 /// arithmetic of renderers. Everything is finite, also for a sliver.
-pub fn narrow_shell(shell: &MeshShell, uv: [[f32; 2]; 3], depth: f64, origin: DVec3) -> Shell {
+pub fn narrow_shell(shell: &MeshShell, uv: [[f32; 2]; 3], depth: f64, origin: DVec3) -> PrismData {
     let anchor = narrow(shell.anchor - origin);
     let surface = shell.surface.map(narrow);
     let normal = shell.normal.map(narrow);
@@ -69,7 +69,7 @@ pub fn narrow_shell(shell: &MeshShell, uv: [[f32; 2]; 3], depth: f64, origin: DV
     let radius = reach.fold(0.0, f64::max);
 
     let uv_change = |i: usize| [0, 1].map(|axis| uv[i][axis] - uv[0][axis]);
-    Shell {
+    PrismData {
         anchor,
         surface,
         normal,
@@ -219,7 +219,7 @@ mod tests {
     }
 
     impl Wide {
-        fn new(shell: &Shell, depth: f64) -> Self {
+        fn new(shell: &PrismData, depth: f64) -> Self {
             let s = shell.surface.map(widen);
             Self {
                 surface: Quadratic([DVec3::ZERO, s[0], s[1], s[2], s[3], s[4]]),
@@ -242,7 +242,7 @@ mod tests {
     fn outside(
         shells: &[MeshShell],
         depth: f64,
-        edit: impl Fn(&mut Shell, &MeshShell),
+        edit: impl Fn(&mut PrismData, &MeshShell),
     ) -> [usize; 3] {
         let mut counts = [0; 3];
         for shell in shells {

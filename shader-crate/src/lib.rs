@@ -1,34 +1,34 @@
 //! The shader entry points: bind resources, call [`relievo_shared`], write
 //! outputs. No arithmetic of their own.
 //!
+//! Which there are follows from the list in `relievo_shared::shaders`.
+//!
 //! Bindings of group 0, all read-only storage buffers of plain scalars:
-//! 0 [`Frame`], 1 [`Object`], 2 the object's [`Triangle`]s, or its
-//! [`PlanarTriangle`]s for entry points of the planar tier alone, or its
-//! [`Shell`]s in the accurate tier, 3 the words of its shape map. Draws are not
-//! indexed: six vertices a triangle, an outline around its pixels; the fragment
-//! decides by an exact test.
+//! 0 [`Frame`], 1 [`Object`], 2 the object's facets ([`Triangle`],
+//! [`PlanarTriangle`] or [`PrismData`], as the list says), 3 the words of its shape
+//! map. Draws are not indexed: six vertices a facet, an outline around its pixels;
+//! the fragment shader decides by an exact test.
 #![cfg_attr(target_arch = "spirv", no_std)]
 // A binding is an argument.
 #![allow(clippy::too_many_arguments)]
 
 use relievo_shared::facts::{CODES, CURVED, PLANAR, UPRIGHT, known};
-use relievo_shared::fragment::{Entry, Hit};
-use relievo_shared::layout::{
-    Frame, Object, PlanarTriangle, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell, Triangle,
-};
+use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
+use relievo_shared::model::prisms::Home;
+use relievo_shared::model::{Flat, Hit, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
 use relievo_shared::normals::CLASS_MISS;
+use relievo_shared::outline::{Outline, outline, outline_vertex, prism_outline};
 use relievo_shared::shape_map::Texels;
-use relievo_shared::shell::{self, ShellHit};
-use relievo_shared::walk::Shells;
-use relievo_shared::{camera, fragment, outline};
+use relievo_shared::walk::PrismList;
+use relievo_shared::{camera, for_each_facet, for_each_search, trace};
 use spirv_std::arch::{IndexUnchecked, kill};
 use spirv_std::glam::{UVec4, Vec3, Vec4, vec4};
 use spirv_std::spirv;
 
 /// Texels in a storage buffer.
-struct Buffer<'a>(&'a [u32]);
+struct TexelBuffer<'a>(&'a [u32]);
 
-impl Texels for Buffer<'_> {
+impl Texels for TexelBuffer<'_> {
     #[inline]
     fn word(&self, index: u32) -> u32 {
         // SAFETY: `shared` keeps texel coordinates inside the map, and the host
@@ -39,281 +39,231 @@ impl Texels for Buffer<'_> {
 }
 
 /// Prisms in a storage buffer.
-struct Prisms<'a>(&'a [Shell]);
+#[derive(Clone, Copy)]
+struct PrismBuffer<'a>(&'a [PrismData]);
 
-impl Shells for Prisms<'_> {
+impl PrismList for PrismBuffer<'_> {
     #[inline]
-    fn shell(&self, index: u32) -> &Shell {
+    fn prism(&self, index: u32) -> &PrismData {
         // SAFETY: the host draws the prisms of the buffer, and gives them
         // neighbours that are in it.
         unsafe { self.0.index_unchecked(index as usize) }
     }
 }
 
-/// Triangles in a storage buffer.
-trait Triangles {
-    /// Triangle `index`.
-    fn triangle(&self, index: u32) -> Triangle;
+/// A type of facets in a storage buffer.
+trait Facet: Sized {
+    /// What the models are drawn over.
+    type Over<'a>
+    where
+        Self: 'a;
+    /// Facet `index`.
+    fn over(facets: &[Self], index: u32) -> Self::Over<'_>;
+    /// The outline around the pixels of facet `index`.
+    fn outline(facets: &[Self], frame: &Frame, object: &Object, index: u32) -> Outline;
 }
 
-impl Triangles for [Triangle] {
+impl Facet for Triangle {
+    type Over<'a> = Triangle;
+
     #[inline]
-    fn triangle(&self, index: u32) -> Triangle {
+    fn over(facets: &[Triangle], index: u32) -> Triangle {
         // SAFETY: the host draws six vertices for each triangle of the buffer.
-        unsafe { *self.index_unchecked(index as usize) }
+        unsafe { *facets.index_unchecked(index as usize) }
     }
-}
 
-impl Triangles for [PlanarTriangle] {
     #[inline]
-    fn triangle(&self, index: u32) -> Triangle {
-        // SAFETY: as above.
-        Triangle::from(unsafe { self.index_unchecked(index as usize) })
+    fn outline(facets: &[Triangle], frame: &Frame, object: &Object, index: u32) -> Outline {
+        outline(frame, object, &Triangle::over(facets, index))
     }
 }
 
-/// A vertex shader that places the corners of the outline around a triangle's pixels.
-macro_rules! vertex_entry_point {
-    ($name:ident, $triangle:ident) => {
-        #[doc = "Places the corners of the outline around a triangle's pixels."]
+impl Facet for PlanarTriangle {
+    type Over<'a> = Triangle;
+
+    #[inline]
+    fn over(facets: &[PlanarTriangle], index: u32) -> Triangle {
+        // SAFETY: as above.
+        Triangle::from(unsafe { facets.index_unchecked(index as usize) })
+    }
+
+    #[inline]
+    fn outline(facets: &[PlanarTriangle], frame: &Frame, object: &Object, index: u32) -> Outline {
+        outline(frame, object, &PlanarTriangle::over(facets, index))
+    }
+}
+
+impl Facet for PrismData {
+    type Over<'a> = Home<PrismBuffer<'a>>;
+
+    #[inline]
+    fn over(facets: &[PrismData], index: u32) -> Home<PrismBuffer<'_>> {
+        Home {
+            prisms: PrismBuffer(facets),
+            index,
+        }
+    }
+
+    #[inline]
+    fn outline(facets: &[PrismData], frame: &Frame, object: &Object, index: u32) -> Outline {
+        prism_outline(frame, object, PrismBuffer(facets).prism(index))
+    }
+}
+
+/// Vertex entry points that place the corners of the outlines around facets.
+macro_rules! vertex_entry_points {
+    ($($facet:ident $name:ident;)*) => {$(
+        #[doc = "Places the corners of the outline around a facet's pixels."]
         #[spirv(vertex)]
         pub fn $name(
             #[spirv(vertex_index)] vertex_index: u32,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[$triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(position)] position: &mut Vec4,
-            #[spirv(flat)] triangle_index: &mut u32,
+            #[spirv(flat)] facet_index: &mut u32,
         ) {
             let index = vertex_index / 6;
-            let outline = outline::outline(frame, object, &triangles.triangle(index));
-            let corner = outline::outline_vertex(&outline, vertex_index - 6 * index);
+            let outline = $facet::outline(facets, frame, object, index);
+            let corner = outline_vertex(&outline, vertex_index - 6 * index);
             *position = vec4(corner.x, corner.y, 0.5, 1.0);
-            *triangle_index = index;
+            *facet_index = index;
         }
-    };
+    )*};
 }
 
-vertex_entry_point!(vertex, Triangle);
-vertex_entry_point!(vertex_planar, PlanarTriangle);
+for_each_facet!(vertex_entry_points);
 
-/// Places the corners of the outline around a prism's pixels.
-#[spirv(vertex)]
-pub fn vertex_prisms(
-    #[spirv(vertex_index)] vertex_index: u32,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] shells: &[Shell],
-    #[spirv(position)] position: &mut Vec4,
-    #[spirv(flat)] shell_index: &mut u32,
-) {
-    let index = vertex_index / 6;
-    let outline = outline::shell_outline(frame, object, Prisms(shells).shell(index));
-    let corner = outline::outline_vertex(&outline, vertex_index - 6 * index);
-    *position = vec4(corner.x, corner.y, 0.5, 1.0);
-    *shell_index = index;
-}
-
-/// Finds the hit of this pixel's ray on this triangle, or discards the pixel.
+/// Traces this pixel's ray over one facet, or discards the pixel.
 #[inline]
-fn find<const SEARCH: u32>(
-    coordinate: Vec4,
-    frame: &Frame,
-    object: &Object,
-    triangle: &Triangle,
-    texels: &Buffer,
-) -> (Vec3, Entry, Hit) {
-    let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
-    let facet = fragment::meet(frame, object, triangle, direction);
-    if !facet.hit {
+fn find<M: Model<Over>, Over>(
+    ray: &Ray,
+    over: &Over,
+    texels: &TexelBuffer,
+) -> (M::Entry, Traced<M::Place>) {
+    let (meets, meeting) = M::meet(ray, over);
+    if !meets {
         kill();
     }
-    let entry = fragment::enter(object, triangle, direction, &facet);
-    if !entry.path.enters {
+    let (enters, entry) = M::enter(ray, over, &meeting);
+    if !enters {
         kill();
     }
-    let hit = fragment::trace::<SEARCH, _>(frame, object, texels, direction, &entry);
-    if hit.class == CLASS_MISS {
+    let traced = trace::trace::<M, _, _>(ray, over, texels, &entry);
+    if traced.hit.class == CLASS_MISS {
         kill();
     }
-    (direction, entry, hit)
+    (entry, traced)
 }
 
-/// Finds the hit of this pixel's ray where it comes in through this prism, or
-/// discards the pixel.
-#[inline]
-fn find_prism(
-    coordinate: Vec4,
-    frame: &Frame,
-    object: &Object,
-    shells: &Prisms,
-    texels: &Buffer,
-    index: u32,
-) -> (Vec3, ShellHit) {
-    let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
-    let found = shell::trace(frame, object, shells, texels, direction, index);
-    if found.hit.class == CLASS_MISS {
-        kill();
-    }
-    (direction, found)
-}
-
-/// What pictures of colours hold of a pixel.
+/// The words of a pixel in colour pictures: linear RGB as the bits of three f32,
+/// and the class.
 #[inline]
 fn color_words(rgb: Vec3, hit: &Hit) -> UVec4 {
     UVec4::new(
-        fragment::word(rgb.x),
-        fragment::word(rgb.y),
-        fragment::word(rgb.z),
+        trace::word(rgb.x),
+        trace::word(rgb.y),
+        trace::word(rgb.z),
         hit.class,
     )
 }
 
-/// What pictures of geometry hold of a pixel.
+/// The words of a pixel in geometry pictures: (t, u, v, δ) and (class and steps, N),
+/// as bits.
 #[inline]
 fn geometry_words(hit: &Hit, normal: Vec3) -> (UVec4, UVec4) {
     (
         UVec4::new(
-            fragment::word(hit.t),
-            fragment::word(hit.uv.x),
-            fragment::word(hit.uv.y),
-            fragment::word(hit.depth_fraction),
+            trace::word(hit.t),
+            trace::word(hit.uv.x),
+            trace::word(hit.uv.y),
+            trace::word(hit.depth_fraction),
         ),
         UVec4::new(
-            fragment::class_and_steps(hit),
-            fragment::word(normal.x),
-            fragment::word(normal.y),
-            fragment::word(normal.z),
+            trace::class_and_steps(hit),
+            trace::word(normal.x),
+            trace::word(normal.y),
+            trace::word(normal.z),
         ),
     )
 }
 
-/// An entry point that writes linear RGB as the bits of three f32, and the
-/// class in the fourth word.
+/// An entry point that writes [`color_words`], with self-shadows if `$shadow`, of
+/// objects of which `$facts` are true, if they are given.
 macro_rules! color_entry_point {
-    ($name:ident, $triangle:ident, $search:expr, $shadow:expr $(, $facts:expr)?) => {
+    ($name:ident, $model:ident, $facet:ident, $shadow:literal $(, $facts:expr)?) => {
         #[doc = "Writes linear RGB as the bits of three f32, and the class."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
             #[spirv(frag_coord)] coordinate: Vec4,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[$triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
             #[spirv(flat)] index: u32,
             #[spirv(frag_depth)] depth: &mut f32,
             color: &mut UVec4,
         ) {
-            let texels = Buffer(words);
+            let texels = TexelBuffer(words);
             $(let object = &known::<{ $facts }>(object);)?
-            let triangle = triangles.triangle(index);
-            let (direction, entry, hit) =
-                find::<{ $search }>(coordinate, frame, object, &triangle, &texels);
-            let rgb =
-                fragment::color::<{ $shadow }, _>(frame, object, &texels, direction, &entry, &hit);
-            *color = color_words(rgb, &hit);
-            *depth = hit.depth;
+            let over = $facet::over(facets, index);
+            let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
+            let ray = Ray { frame, object, direction };
+            let (entry, traced) = find::<$model, _>(&ray, &over, &texels);
+            let rgb = trace::color::<$shadow, $model, _, _>(&ray, &over, &texels, &entry, &traced);
+            *color = color_words(rgb, &traced.hit);
+            *depth = traced.hit.depth;
         }
     };
 }
 
-/// An entry point that writes what the hit is: (t, u, v, δ) and (class and
-/// steps, N), as bits.
+/// An entry point that writes [`geometry_words`] of objects of which `$facts` are
+/// true, if they are given.
 macro_rules! geometry_entry_point {
-    ($name:ident, $triangle:ident, $search:expr $(, $facts:expr)?) => {
+    ($name:ident, $model:ident, $facet:ident $(, $facts:expr)?) => {
         #[doc = "Writes (t, u, v, δ) and (class and steps, N), as bits."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
             #[spirv(frag_coord)] coordinate: Vec4,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] triangles: &[$triangle],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
             #[spirv(flat)] index: u32,
             #[spirv(frag_depth)] depth: &mut f32,
             place: &mut UVec4,
             surface: &mut UVec4,
         ) {
-            let texels = Buffer(words);
+            let texels = TexelBuffer(words);
             $(let object = &known::<{ $facts }>(object);)?
-            let triangle = triangles.triangle(index);
-            let (direction, entry, hit) =
-                find::<{ $search }>(coordinate, frame, object, &triangle, &texels);
-            let normal = fragment::normals(object, &texels, direction, &entry, &hit).carved;
-            (*place, *surface) = geometry_words(&hit, normal);
-            *depth = hit.depth;
+            let over = $facet::over(facets, index);
+            let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
+            let ray = Ray { frame, object, direction };
+            let (entry, traced) = find::<$model, _>(&ray, &over, &texels);
+            let normals = trace::normals::<$model, _, _>(&ray, &over, &texels, &entry, &traced);
+            (*place, *surface) = geometry_words(&traced.hit, normals.carved);
+            *depth = traced.hit.depth;
         }
     };
 }
 
-/// [`color_entry_point`] of the accurate tier.
-macro_rules! color_prisms_entry_point {
-    ($name:ident, $shadow:expr) => {
-        #[doc = "Writes linear RGB as the bits of three f32, and the class."]
-        #[spirv(fragment(depth_replacing))]
-        pub fn $name(
-            #[spirv(frag_coord)] coordinate: Vec4,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] shells: &[Shell],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
-            #[spirv(flat)] index: u32,
-            #[spirv(frag_depth)] depth: &mut f32,
-            color: &mut UVec4,
-        ) {
-            let (shells, texels) = (Prisms(shells), Buffer(words));
-            let (direction, found) = find_prism(coordinate, frame, object, &shells, &texels, index);
-            let rgb = shell::color::<{ $shadow }, _, _>(
-                frame, object, &shells, &texels, direction, &found,
-            );
-            *color = color_words(rgb, &found.hit);
-            *depth = found.hit.depth;
-        }
-    };
+/// The three entry points of a search, for any object and for special ones.
+macro_rules! fragment_entry_points {
+    ($($search:ident: $model:ident over $facet:ident
+        draws $color:ident $shadow:ident $geometry:ident
+        tiers { $($tiers:tt)* }
+        special { $($facts:expr => $special:ident over $special_facet:ident
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {$(
+        color_entry_point!($color, $model, $facet, false);
+        color_entry_point!($shadow, $model, $facet, true);
+        geometry_entry_point!($geometry, $model, $facet);
+        $(
+            // The object is held whole in registers, as far as it is needed.
+            color_entry_point!($special_color, $special, $special_facet, false, $facts);
+            color_entry_point!($special_shadow, $special, $special_facet, true, $facts);
+            geometry_entry_point!($special_geometry, $special, $special_facet, $facts);
+        )*
+    )*};
 }
 
-/// Writes (t, u, v, δ) and (class and steps, N), as bits.
-#[spirv(fragment(depth_replacing))]
-pub fn geometry_prisms(
-    #[spirv(frag_coord)] coordinate: Vec4,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] shells: &[Shell],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
-    #[spirv(flat)] index: u32,
-    #[spirv(frag_depth)] depth: &mut f32,
-    place: &mut UVec4,
-    surface: &mut UVec4,
-) {
-    let (shells, texels) = (Prisms(shells), Buffer(words));
-    let (_, found) = find_prism(coordinate, frame, object, &shells, &texels, index);
-    let normal = shell::normals(object, &shells, &texels, &found).carved;
-    (*place, *surface) = geometry_words(&found.hit, normal);
-    *depth = found.hit.depth;
-}
-
-/// The entry points of a search for objects of which these facts are true, if
-/// any are wanted: an object that is known is held whole, in registers.
-macro_rules! entry_points {
-    ($color:ident $shadow:ident $geometry:ident, $triangle:ident, $search:expr $(, $facts:expr)?) => {
-        color_entry_point!($color, $triangle, $search, false $(, $facts)?);
-        color_entry_point!($shadow, $triangle, $search, true $(, $facts)?);
-        geometry_entry_point!($geometry, $triangle, $search $(, $facts)?);
-    };
-}
-
-// The host knows the facts of each by its name.
-entry_points!(color_extrusion color_extrusion_shadow geometry_extrusion,
-    Triangle, SEARCH_EXTRUSION);
-entry_points!(color_planar color_planar_shadow geometry_planar,
-    PlanarTriangle, SEARCH_EXTRUSION, PLANAR | UPRIGHT | CODES);
-entry_points!(color_planar_growing color_planar_growing_shadow geometry_planar_growing,
-    PlanarTriangle, SEARCH_EXTRUSION, PLANAR | CODES);
-entry_points!(color_curved color_curved_shadow geometry_curved,
-    Triangle, SEARCH_EXTRUSION, CURVED | UPRIGHT | CODES);
-entry_points!(color_curved_growing color_curved_growing_shadow geometry_curved_growing,
-    Triangle, SEARCH_EXTRUSION, CURVED | CODES);
-entry_points!(color_relief color_relief_shadow geometry_relief, Triangle, SEARCH_RELIEF);
-entry_points!(color_paper color_paper_shadow geometry_paper, Triangle, SEARCH_PAPER);
-color_prisms_entry_point!(color_prisms, false);
-color_prisms_entry_point!(color_prisms_shadow, true);
+for_each_search!(fragment_entry_points);

@@ -1,18 +1,23 @@
-//! The operations that devices may round differently, in one place, and small
-//! helpers made of them.
+//! Operations that devices may round differently, and small helpers.
 //!
-//! Division and square root are called from here and nowhere else in this crate.
-//! On the CPU they are the native ones. In the exact shaders (feature
-//! `corrected`) the device's are estimates that `rounding` corrects; in the fast
-//! shaders they are the device's own.
+//! Division and square root are called only from here. On the CPU they are the
+//! native ones. In the exact shaders (feature `corrected`) `rounding` corrects the
+//! device's results; in the fast shaders they are the device's own.
+//!
+//! ```
+//! use relievo_shared::arithmetic::{div, floor, sqrt};
+//!
+//! assert_eq!(div(1.0, 3.0), 1.0 / 3.0);
+//! assert_eq!((sqrt(-1.0), floor(-0.5)), (0.0, -1.0));
+//! ```
 
 use crate::native::{native_div, native_sqrt};
 #[cfg(feature = "corrected")]
 use crate::rounding::{Division, Root};
 use crate::{Real, Vec3};
 
-/// `a / b`, rounded to nearest. Where the quotient is no normal number it is 0
-/// (too small, or `a` is 0) or the largest number (too large, or `b` is 0).
+/// Returns `a / b`, rounded to nearest. A quotient that is not a normal number is 0
+/// (too small, or `a` is 0) or ±`Real::MAX` (too large, or `b` is 0).
 #[inline]
 pub fn div(a: Real, b: Real) -> Real {
     #[cfg(feature = "corrected")]
@@ -25,7 +30,7 @@ pub fn div(a: Real, b: Real) -> Real {
     saturate(native_div(a, b), a, b)
 }
 
-/// `quotient`, or what [`div`] gives in its place where it is no normal number.
+/// Returns `quotient`, or the result of [`div`] if it is not a normal number.
 #[cfg(not(any(feature = "corrected", feature = "double", target_arch = "spirv")))]
 #[inline]
 fn saturate(quotient: Real, a: Real, b: Real) -> Real {
@@ -46,7 +51,7 @@ fn saturate(quotient: Real, _: Real, _: Real) -> Real {
     quotient
 }
 
-/// The square root of `x`, rounded to nearest, and 0 for a negative `x`.
+/// Returns the square root of `x`, rounded to nearest; 0 for a negative `x`.
 #[inline]
 pub fn sqrt(x: Real) -> Real {
     let x = max(x, 0.0);
@@ -59,32 +64,33 @@ pub fn sqrt(x: Real) -> Real {
     native_sqrt(x)
 }
 
-/// The smaller of two numbers that are not NaN.
+/// Returns the smaller of two numbers that are not NaN.
 #[inline]
 pub fn min(a: Real, b: Real) -> Real {
     if a < b { a } else { b }
 }
 
-/// The larger of two numbers that are not NaN.
+/// Returns the larger of two numbers that are not NaN.
 #[inline]
 pub fn max(a: Real, b: Real) -> Real {
     if a > b { a } else { b }
 }
 
-/// `x` limited to `low..=high`; `low` for NaN.
+/// Returns `x` limited to `low..=high`; `low` for NaN.
 #[inline]
 pub fn clamp(x: Real, low: Real, high: Real) -> Real {
     let x = if x > low { x } else { low };
     min(x, high)
 }
 
-/// The absolute value of `x`.
+/// Returns the absolute value of `x`.
 #[inline]
 pub fn abs(x: Real) -> Real {
     if x < 0.0 { -x } else { x }
 }
 
-/// The largest integer not above `x`, for |x| < 2³⁰; larger magnitudes saturate near it.
+/// Returns the largest integer not above `x`, for |x| < 2³⁰; larger magnitudes
+/// saturate near ±2³⁰.
 #[inline]
 pub fn floor_to_int(x: Real) -> i32 {
     // Clamped, because a conversion out of range is undefined on GPUs. The
@@ -97,17 +103,17 @@ pub fn floor_to_int(x: Real) -> i32 {
     }
 }
 
-/// The largest integer not above `x`, as a number, for |x| < 2³⁰.
+/// Returns the largest integer not above `x`, for |x| < 2³⁰.
 #[inline]
 pub fn floor(x: Real) -> Real {
     floor_to_int(x) as Real
 }
 
-/// `v` scaled to length 1, or `fallback` where `v` is too short for that.
+/// Returns `v` scaled to length 1, or `fallback` if `v` is too short.
 #[inline]
 pub fn normalize_or(v: Vec3, fallback: Vec3) -> Vec3 {
     let squared = v.dot(v);
-    // Below this the square loses digits to underflow.
+    // Smaller squares lose digits to underflow.
     if squared > 1e-30 {
         v * div(1.0, sqrt(squared))
     } else {
@@ -115,12 +121,12 @@ pub fn normalize_or(v: Vec3, fallback: Vec3) -> Vec3 {
     }
 }
 
-/// Magnitudes below this (2⁻⁶⁰) are not kept: the product of any two that are
-/// is a normal number, which no device flushes to zero.
+/// Magnitudes below this (2⁻⁶⁰) are treated as zero, so that products of two numbers
+/// are normal: no device flushes them to zero.
 pub const SMALLEST: Real = 8.673_617e-19;
 
-/// `x` to the power `exponent`, by repeated squaring: 7 bits of exponent,
-/// 0…127; 0 where that is below [`SMALLEST`]. `x` is in 0…1.
+/// Returns `x` (0…1) to the power `exponent` (0…127), by repeated squaring; 0 if that
+/// is below [`SMALLEST`].
 #[inline]
 pub fn power(x: Real, exponent: u32) -> Real {
     let mut result = 1.0;
@@ -138,7 +144,7 @@ pub fn power(x: Real, exponent: u32) -> Real {
     result
 }
 
-/// `x`, or 0 where its magnitude is below [`SMALLEST`].
+/// Returns `x`, or 0 if its magnitude is below [`SMALLEST`].
 #[inline]
 pub fn kept(x: Real) -> Real {
     if x < SMALLEST && x > -SMALLEST {
@@ -148,7 +154,7 @@ pub fn kept(x: Real) -> Real {
     }
 }
 
-/// [`kept`] of each component.
+/// Applies [`kept`] to each component.
 #[inline]
 pub fn kept3(v: Vec3) -> Vec3 {
     Vec3::new(kept(v.x), kept(v.y), kept(v.z))

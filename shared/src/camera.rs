@@ -1,11 +1,27 @@
-//! From pixels to rays, and from distances to depth.
+//! Rays of pixels, and depth of distances.
+//!
+//! ```
+//! use relievo_shared::Vec3;
+//! use relievo_shared::camera::{pixel_ray, reversed_depth};
+//! use relievo_shared::layout::Frame;
+//!
+//! let frame = Frame {
+//!     near: 0.1,
+//!     forward: [0.0, 0.0, -1.0],
+//!     ray_first: [0.0, 0.0, -1.0],
+//!     ..Frame::default()
+//! };
+//! let direction = pixel_ray(&frame, 0, 0);
+//! assert_eq!(direction, Vec3::NEG_Z);
+//! assert_eq!(reversed_depth(&frame, direction, 0.2), 0.5);
+//! ```
 
 use crate::arithmetic::{div, normalize_or};
 use crate::layout::{Frame, vec3};
 use crate::{Real, Vec3};
 
-/// Unit direction from the eye through the centre of pixel (`x`, `y`), counted
-/// from the top left.
+/// Returns the unit direction from the eye through the centre of pixel (`x`, `y`),
+/// counted from the top left.
 #[inline]
 pub fn pixel_ray(frame: &Frame, x: u32, y: u32) -> Vec3 {
     let raw = vec3(frame.ray_first)
@@ -14,9 +30,9 @@ pub fn pixel_ray(frame: &Frame, x: u32, y: u32) -> Vec3 {
     normalize_or(raw, vec3(frame.forward))
 }
 
-/// Depth to compare and to write: near plane over distance along the view
-/// axis, 1 at the near plane and 0 at infinity (reversed, so that f32 keeps
-/// its digits far away). Above 1 in front of the near plane.
+/// Returns the reversed depth at distance `t` along `direction`: near plane over
+/// distance along the view axis. It is 1 at the near plane, 0 at infinity, and above
+/// 1 in front of the near plane. Reversed, so that f32 keeps its digits far away.
 #[inline]
 pub fn reversed_depth(frame: &Frame, direction: Vec3, t: Real) -> Real {
     let z = t * direction.dot(vec3(frame.forward));

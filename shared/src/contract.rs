@@ -1,27 +1,32 @@
-//! The value contract: within it, no device can flush, saturate or lose what
-//! another keeps.
+//! The value contract: a range of numbers that no device flushes or saturates.
 //!
-//! What the host puts into layouts is 0 or of a magnitude in 2⁻⁶⁰…2⁶⁰, and so
-//! is what one stage hands to the next; sums of products of two such numbers
-//! are 0 or of a magnitude from 2⁻¹²⁰ on, and normal. Nothing is an infinity
-//! or a NaN, and nobody looks at the sign of zero. Debug builds check it where
-//! a value passes from stage to stage; the tests check every single operation.
+//! Numbers in layouts, and numbers that one stage passes to the next, are 0 or have
+//! a magnitude in 2⁻⁶⁰…2⁶⁰. Sums of products of two such numbers are 0 or have a
+//! magnitude of at least 2⁻¹²⁰, which is a normal number. There are no infinities
+//! and no NaN, and the sign of zero is never used. Debug builds check values between
+//! stages; `tests/variants.rs` checks every operation.
+//!
+//! ```
+//! use relievo_shared::contract::holds;
+//!
+//! assert!(holds(0.0) && holds(-1e18) && !holds(1e-40) && !holds(f32::NAN));
+//! ```
 
 use crate::arithmetic::abs;
 use crate::{Real, Vec2, Vec3};
 
-/// The smallest magnitude of a sum of products: 2⁻¹²⁰.
+/// Smallest magnitude of a sum of products: 2⁻¹²⁰.
 pub const SMALLEST_PRODUCT: Real = 7.523_164e-37;
-/// The largest magnitude: 2⁶⁰.
+/// Largest magnitude: 2⁶⁰.
 pub const LARGEST: Real = 1.152_921_5e18;
 
-/// Whether `x` keeps the contract.
+/// Returns whether `x` keeps the contract.
 #[inline]
 pub fn holds(x: Real) -> bool {
     x == 0.0 || (abs(x) >= SMALLEST_PRODUCT && abs(x) <= LARGEST)
 }
 
-/// Panics in debug builds where `x` breaks the contract.
+/// Panics in debug builds if `x` breaks the contract.
 #[cfg(all(debug_assertions, not(target_arch = "spirv")))]
 #[track_caller]
 pub fn check(x: Real) {
@@ -30,12 +35,12 @@ pub fn check(x: Real) {
     }
 }
 
-/// Panics in debug builds where `x` breaks the contract.
+/// Panics in debug builds if `x` breaks the contract.
 #[cfg(not(all(debug_assertions, not(target_arch = "spirv"))))]
 #[inline]
 pub fn check(_: Real) {}
 
-/// [`check`] for both components.
+/// Applies [`check`] to both components.
 #[inline]
 #[cfg_attr(not(target_arch = "spirv"), track_caller)]
 pub fn check2(v: Vec2) {
@@ -43,7 +48,7 @@ pub fn check2(v: Vec2) {
     check(v.y);
 }
 
-/// [`check`] for all components.
+/// Applies [`check`] to all components.
 #[inline]
 #[cfg_attr(not(target_arch = "spirv"), track_caller)]
 pub fn check3(v: Vec3) {

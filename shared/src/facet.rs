@@ -1,23 +1,23 @@
-//! The eye's ray against a flat triangle.
+//! Intersection of the eye's ray with a flat triangle.
 
 use crate::arithmetic::{div, max};
 use crate::layout::{Frame, Object, Triangle, vec3};
 use crate::{Real, Vec3};
 
-/// Where a ray meets a triangle.
+/// Intersection of a ray with a triangle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FacetHit {
-    /// Whether the ray meets the triangle's front side.
+    /// Whether the ray hits the triangle's front side.
     pub hit: bool,
     /// Distance from the eye, object units.
     pub t: Real,
-    /// Barycentric weights of the corners; they sum to 1.
+    /// Barycentrics of the corners; they sum to 1.
     pub weights: Vec3,
     /// The facet's normal, pointing out, of any length.
     pub normal: Vec3,
 }
 
-/// Meets the ray from `eye` along the unit vector `direction` with the front
+/// Intersects the ray from `eye` along the unit vector `direction` with the front
 /// side of `triangle`.
 ///
 /// The test is watertight: the sign for an edge is computed from the edge's
@@ -62,9 +62,9 @@ pub fn intersect(eye: Vec3, direction: Vec3, triangle: &Triangle) -> FacetHit {
     }
 }
 
-/// Whether the eye of `frame` may lie in the shell over `triangle`, or so near
-/// to it that the near plane does: a ball around both holds the eye. Then rays
-/// also count that meet the facet before the near plane, or behind the eye.
+/// Returns whether the eye of `frame` may lie in the shell over `triangle`, or so near
+/// that the near plane does: a ball around both contains the eye. Then a facet in
+/// front of the near plane or behind the eye counts as hit, too.
 #[inline]
 pub fn may_surround_eye(frame: &Frame, object: &Object, triangle: &Triangle) -> bool {
     let eye = vec3(frame.eye);

@@ -1,8 +1,8 @@
-//! What may be known of an object before anything is drawn.
+//! Facts about an object that are known before anything is drawn.
 //!
-//! Code that is given [`known`] holds nothing for what the object has not,
-//! since the compiler knows it too. The values are those that the object has
-//! anyhow, so that the results are the same.
+//! The compiler removes the code for features that an object does not use from
+//! shaders that are given [`known`]. The values are those of the object, so that
+//! the results are the same.
 
 use crate::layout::{FORMAT_CODES, Object, TIER_FAST, TIER_PLANAR};
 
@@ -10,12 +10,12 @@ use crate::layout::{FORMAT_CODES, Object, TIER_FAST, TIER_PLANAR};
 pub const PLANAR: u32 = 1;
 /// The tier is the fast one.
 pub const CURVED: u32 = 2;
-/// Walls stand upright: there is no bevel and no chamfer.
+/// The pattern does not grow with the depth: walls stand upright.
 pub const UPRIGHT: u32 = 4;
 /// The map holds codes, not floats and not the paper's form.
 pub const CODES: u32 = 8;
 
-/// All that is true of `object`.
+/// Returns all facts that are true of `object`.
 pub fn facts(object: &Object) -> u32 {
     let when = |is_so, fact| if is_so { fact } else { 0 };
     when(object.tier == TIER_PLANAR, PLANAR)
@@ -24,7 +24,7 @@ pub fn facts(object: &Object) -> u32 {
         | when(object.map_format == FORMAT_CODES, CODES)
 }
 
-/// `object`, of which `FACTS` are true.
+/// Returns `object`, which `FACTS` are true of, as the compiler may know it.
 #[inline]
 pub fn known<const FACTS: u32>(object: &Object) -> Object {
     let mut known = *object;

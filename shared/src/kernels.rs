@@ -1,35 +1,49 @@
-//! Functions of this crate whose results on GPU and CPU are compared: a line
-//! each in [`for_each_kernel`](crate::for_each_kernel).
+//! Functions of this crate whose results on GPU and CPU are compared: a line each in
+//! [`for_each_kernel`](crate::for_each_kernel).
 //!
-//! Those that take an object, a frame or a map are wrapped into functions of
-//! plain numbers first. Maps are noise: every texel is a hash of its place.
+//! Functions of an object, a frame or a map are wrapped into functions of plain numbers.
+//! Maps are noise: every texel is a hash of its index.
+//!
+//! ```
+//! use relievo_kernel::{Kernel, table};
+//! use relievo_shared::kernels::*;
+//! use relievo_shared::{arithmetic, for_each_kernel, kernels};
+//!
+//! const KERNELS: &[Kernel] = for_each_kernel!(table);
+//! assert_eq!(KERNELS[0].name, "divide");
+//! ```
+
+mod noise;
+mod words;
 
 use crate::arithmetic::{clamp, normalize_or, sqrt};
 use crate::camera::{pixel_ray, reversed_depth};
 use crate::facet::{self, FacetHit};
 pub use crate::layout::Corner;
 use crate::layout::{
-    FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Frame, NO_NEIGHBOUR, Object, Shell, Slab, TIER_FAST,
+    FORMAT_FLOAT, FORMAT_PAPER, Frame, NO_NEIGHBOUR, Object, PrismData, Slab, TIER_FAST,
     TIER_PLANAR, Triangle,
 };
 use crate::light::shade;
 pub use crate::march::March;
-use crate::march::{Effort, march};
-use crate::normals::normal_at;
+use crate::march::{Limits, march};
+use crate::model::{paper, relief};
+use crate::normals::{SmoothSurface, normal_at};
 use crate::outline::bounding_rectangle;
 use crate::path::{Path, QuadraticPath};
 use crate::prism::Prism;
 use crate::profile::Profile;
 use crate::shadow::{self, ShadowPoint};
-use crate::shape_map::{ShapeMap, Texels};
+use crate::shape_map::ShapeMap;
 pub use crate::surface::Surface;
 use crate::surface::{interpolate, uv_bend};
-use crate::walk::{self, Field, Shells};
+use crate::walk::{self, Field, PrismList};
 pub use crate::{Vec2, Vec3};
-use crate::{paper, relief};
-use relievo_kernel::{Domain, FromWords, Kind, Sink, Source, ToWords};
+use noise::{FloatNoise, Noise, noise_object};
+use relievo_kernel::{Domain, Kind};
+pub use words::PathWords;
 
-/// Any number that keeps its meaning: the value contract's 2⁻⁶⁰…2⁶⁰, and 0.
+/// Numbers of the value contract: 0 and magnitudes in 2⁻⁶⁰…2⁶⁰.
 pub const NUMBER: Domain = Domain::new(
     "number",
     Kind::Magnitude {
@@ -37,7 +51,7 @@ pub const NUMBER: Domain = Domain::new(
         high: 1.152_921_5e18,
     },
 );
-/// The same without 0.
+/// Numbers of the value contract but 0.
 pub const DIVISOR: Domain = Domain::new(
     "number",
     Kind::NonZero {
@@ -68,9 +82,9 @@ pub const GRADIENT: Domain = range("gradient", -16.0, 16.0);
 pub const CURVATURE: Domain = range("curvature", -4.0, 4.0);
 /// Depth of the shell, object units.
 pub const DEPTH: Domain = range("depth", 0.0078125, 2.0);
-/// How far the facet lies below the surface, object units.
+/// Depth of the facet below the surface, object units.
 pub const FACET_DEPTH: Domain = range("facet depth", -0.25, 0.25);
-/// Shares: weights, depth fractions, colours, chamfers.
+/// Fractions: barycentrics, depth fractions, colours, chamfers.
 pub const FRACTION: Domain = range("fraction", 0.0, 1.0);
 /// Extensions and bevels, width units.
 pub const WIDTH: Domain = range("width", 0.0, 0.5);
@@ -86,8 +100,8 @@ pub const CHOICE: Domain = integer("choice", 0, u32::MAX);
 /// Calls the macro `$with` with every kernel, a line each:
 /// name(type: domain, …) -> type = function;
 ///
-/// Whoever calls it has `relievo_shared::{arithmetic, kernels}` and all of
-/// `relievo_shared::kernels` in scope.
+/// Callers import `relievo_shared::{arithmetic, kernels}` and all of
+/// `relievo_shared::kernels`.
 #[macro_export]
 macro_rules! for_each_kernel {
     ($with:ident) => {
@@ -119,52 +133,7 @@ macro_rules! for_each_kernel {
     };
 }
 
-/// A map whose texels are hashes of their places and of a number.
-struct Noise(u32);
-
-impl Texels for Noise {
-    #[inline]
-    fn word(&self, index: u32) -> u32 {
-        // Multiplications and shifts of a common integer hash (lowbias32).
-        let mut x = index ^ self.0;
-        x = (x ^ (x >> 16)).wrapping_mul(0x21f0_aaad);
-        x = (x ^ (x >> 15)).wrapping_mul(0xd35a_2d97);
-        x ^ (x >> 15)
-    }
-}
-
-/// Noise as f32 distances: the words' low bits as a small number of texels.
-struct FloatNoise(Noise);
-
-impl Texels for FloatNoise {
-    #[inline]
-    fn word(&self, index: u32) -> u32 {
-        let word = self.0.word(index);
-        ((word & 0xffff) as i32 as f32 * 0.000_244_140_63 - 4.0).to_bits()
-    }
-}
-
-/// An object with a map of 32 × 16 texels of noise; `choice` decides how they
-/// are stored.
-#[inline]
-fn noise_object(choice: u32) -> Object {
-    let kind = choice & 3;
-    Object {
-        map_size: [32.0, 16.0],
-        map_step: if kind == 0 { 0.0625 } else { 0.000_122_070_31 },
-        map_quantum: 0.0625,
-        map_reach: 1.5,
-        map_bias: if kind == 0 { 64 } else { 0x4000 },
-        map_packing: if kind == 0 { 2 } else { 1 },
-        map_format: FORMAT_CODES,
-        linear_steps: 12,
-        binary_steps: 4,
-        tier: TIER_FAST,
-        ..Object::default()
-    }
-}
-
-/// [`clamp`] under a name that is nobody's method: the sources are scanned for those.
+/// [`clamp`] under a name that is not a banned method.
 pub fn limit(x: f32, low: f32, high: f32) -> f32 {
     clamp(x, low, high)
 }
@@ -183,7 +152,7 @@ pub fn unit(v: Vec3, fallback: Vec3) -> Vec3 {
 pub fn ray(first: Vec3, right: Vec3, down: Vec3, x: u32, y: u32) -> Vec3 {
     let frame = Frame {
         ray_first: array(first),
-        // A pixel's share of the picture.
+        // The size of a pixel.
         ray_right: array(right * 0.000_976_562_5),
         ray_down: array(down * 0.000_976_562_5),
         forward: array(first),
@@ -228,7 +197,7 @@ pub fn rectangle(eye: Vec3, a: Vec3, b: Vec3, c: Vec3) -> (Vec2, Vec2) {
     (found.low, found.high)
 }
 
-/// A ray against a triangle: whether they meet, t, weights and normal.
+/// Intersection of a ray with a triangle: hit or not, t, barycentrics and normal.
 pub fn facet(eye: Vec3, direction: Vec3, a: Vec3, b: Vec3, c: Vec3) -> (bool, f32, Vec3, Vec3) {
     let found = facet::intersect(eye, direction, &triangle(a, b, c));
     (found.hit, found.t, found.weights, found.normal)
@@ -253,7 +222,7 @@ pub fn surface(a: Corner, b: Corner, c: Corner, weights: Vec3, direction: Vec3) 
     }
 }
 
-/// A path over any surface: what it is, and where it is at a share of its length.
+/// A path over any surface, and its point and normal at a share of its length.
 pub fn path(
     surface: Surface,
     direction: Vec3,
@@ -269,11 +238,11 @@ pub fn path(
     };
     let path = QuadraticPath::new(&surface, direction, facet_t, depth, tier);
     let s = path.start() + (path.end() - path.start()) * share;
-    let normal = path.surface_normal(&surface, direction, s, tier);
+    let normal = path.surface_normal(&surface, direction, s);
     (PathWords(path), path.uv(s), path.depth_fraction(s), normal)
 }
 
-/// A surface whose frame is that of the coordinates.
+/// A surface whose tangent frame is the coordinate axes.
 fn upright_surface(quadric: Vec3, uv: Vec2, facet_depth: f32) -> Surface {
     Surface {
         normal: Vec3::Z,
@@ -355,8 +324,8 @@ fn solid(choice: u32, depth: f32, widths: Vec2, chamfer: f32) -> Object {
     }
 }
 
-/// How far before the solid a search may end: for half of the choices not at
-/// all, texels.
+/// Distance before the solid at which a search may end, texels: 0 for half of the
+/// choices.
 fn slack(choice: u32) -> f32 {
     if choice & 0x1000 == 0 { 0.0 } else { 0.75 }
 }
@@ -379,7 +348,7 @@ pub fn search(
         &Profile::new(&object),
         &ShapeMap::new(&object),
         &Noise(choice),
-        &Effort {
+        &Limits {
             linear_steps: object.linear_steps,
             binary_steps: object.binary_steps,
             slack: slack(choice),
@@ -426,10 +395,10 @@ pub fn search_paper(
     paper::search(&object, &map, &Noise(choice), &surface, direction)
 }
 
-/// A prism over the triangle (0, 0, 0), (1, 0, 0), (0, 1, 0): `bend` bends it,
-/// and its normals fan out by `fan`.
+/// A prism over the triangle (0, 0, 0), (1, 0, 0), (0, 1, 0), curved by `bend`, with
+/// normals that diverge by `fan`.
 #[inline]
-pub fn shell(bend: Vec3, fan: Vec3) -> Shell {
+pub fn prism_data(bend: Vec3, fan: Vec3) -> PrismData {
     let (bend, fan) = (bend * 0.0625, fan * 0.0625);
     let slab = |axis: Vec3, low: f32, high: f32| Slab {
         axis: array(axis),
@@ -437,7 +406,7 @@ pub fn shell(bend: Vec3, fan: Vec3) -> Shell {
         high,
     };
     let zero = [0.0, 0.0, 0.0];
-    Shell {
+    PrismData {
         surface: [
             array(Vec3::X),
             array(Vec3::Y),
@@ -468,17 +437,17 @@ pub fn shell(bend: Vec3, fan: Vec3) -> Shell {
         radius: 3.0,
         inverse_altitude: 1.5,
         neighbours: [NO_NEIGHBOUR, NO_NEIGHBOUR, NO_NEIGHBOUR],
-        ..Shell::default()
+        ..PrismData::default()
     }
 }
 
-/// The parameters in the triangle for two shares and a depth fraction.
+/// Parameters in the triangle from two fractions and a depth fraction.
 #[inline]
 fn inside(shares: Vec3) -> Vec3 {
     Vec3::new(shares.x, shares.y * (1.0 - shares.x), shares.z)
 }
 
-/// A prism's parameters, found again from their point, and how they move on.
+/// A prism's parameters, found from their point, and their motion.
 pub fn prism(
     bend: Vec3,
     fan: Vec3,
@@ -486,7 +455,7 @@ pub fn prism(
     direction: Vec3,
     depth: f32,
 ) -> (Vec3, Vec3, Vec3, f32) {
-    let prism = Prism::new(&shell(bend, fan), depth);
+    let prism = Prism::new(&prism_data(bend, fan), depth);
     let target = prism.point(inside(shares));
     let (x, jacobian) = prism.solve(target, Vec3::new(0.25, 0.25, 0.5), 6);
     let state = prism.motion(x, &jacobian, direction);
@@ -499,16 +468,16 @@ pub fn prism(
 }
 
 /// A single prism, its sides open.
-struct Alone(Shell);
+struct Alone(PrismData);
 
-impl Shells for Alone {
+impl PrismList for Alone {
     #[inline]
-    fn shell(&self, _index: u32) -> &Shell {
+    fn prism(&self, _index: u32) -> &PrismData {
         &self.0
     }
 }
 
-/// The walk of a ray through noise in a prism, towards a point of it.
+/// The search of a ray towards a point of a prism, through noise.
 pub fn search_prism(
     choice: u32,
     bend: Vec3,
@@ -519,12 +488,12 @@ pub fn search_prism(
     widths: Vec2,
 ) -> (March, Vec3) {
     let object = solid(choice, depth, widths, 1.0);
-    let shells = Alone(shell(bend, fan));
-    let target = Prism::new(&shells.0, depth).point(inside(shares));
+    let prisms = Alone(prism_data(bend, fan));
+    let target = Prism::new(&prisms.0, depth).point(inside(shares));
     let field = Field {
-        shells: &shells,
+        prisms: &prisms,
         depth,
-        blur: 0.000_976_562_5,
+        tolerance: 0.000_976_562_5,
         slack: 0.25 * slack(choice),
         profile: &Profile::new(&object),
         map: &ShapeMap::new(&object),
@@ -548,7 +517,12 @@ pub fn normal(
     let object = solid(choice, depth, Vec2::new(0.0, bevel), 1.0);
     let map = ShapeMap::new(&object);
     let class = 1 + ((choice >> 8) & 3);
-    normal_at(class, &object, &map, &Noise(choice), &surface, smooth, uv)
+    let surface = SmoothSurface {
+        surface,
+        normal: smooth,
+        depth,
+    };
+    normal_at(class, &object, &map, &Noise(choice), &surface, uv)
 }
 
 /// Whether the light reaches a point among columns of noise.
@@ -574,6 +548,7 @@ pub fn lit(
         &ShapeMap::new(&object),
         &Noise(choice),
         &upright_surface(quadric, uv, 0.0),
+        true,
         &point,
         to_light,
     )
@@ -613,112 +588,4 @@ pub fn light(
 
 fn array(v: Vec3) -> [f32; 3] {
     [v.x, v.y, v.z]
-}
-
-/// Takes a vector as a layout stores it.
-#[inline]
-fn read_array<S: Source>(source: &mut S) -> [f32; 3] {
-    array(Vec3::read(source))
-}
-
-impl FromWords for Corner {
-    const WORDS: u32 = 20;
-    #[inline]
-    fn read<S: Source>(source: &mut S) -> Corner {
-        let position = read_array(source);
-        let normal = read_array(source);
-        let tangent = read_array(source);
-        let uv = Vec2::read(source);
-        let quadric = read_array(source);
-        let gradient_u = read_array(source);
-        let gradient_v = read_array(source);
-        Corner {
-            position,
-            normal,
-            tangent,
-            uv: [uv.x, uv.y],
-            quadric,
-            gradient_u,
-            gradient_v,
-        }
-    }
-}
-
-impl FromWords for Surface {
-    const WORDS: u32 = 23;
-    #[inline]
-    fn read<S: Source>(source: &mut S) -> Surface {
-        let normal = Vec3::read(source);
-        let tangent = Vec3::read(source);
-        let bitangent = Vec3::read(source);
-        let quadric = Vec3::read(source);
-        let uv = Vec2::read(source);
-        let gradient_u = Vec3::read(source);
-        let gradient_v = Vec3::read(source);
-        let uv_bend = Vec2::read(source);
-        let facet_depth = f32::read(source);
-        Surface {
-            normal,
-            tangent,
-            bitangent,
-            quadric,
-            uv,
-            gradient_u,
-            gradient_v,
-            uv_bend,
-            facet_depth,
-        }
-    }
-}
-
-impl ToWords for Surface {
-    const WORDS: u32 = 23;
-    #[inline]
-    fn write<S: Sink>(self, sink: &mut S) {
-        self.normal.write(sink);
-        self.tangent.write(sink);
-        self.bitangent.write(sink);
-        self.quadric.write(sink);
-        self.uv.write(sink);
-        self.gradient_u.write(sink);
-        self.gradient_v.write(sink);
-        self.uv_bend.write(sink);
-        self.facet_depth.write(sink);
-    }
-}
-
-impl ToWords for March {
-    const WORDS: u32 = 6;
-    #[inline]
-    fn write<S: Sink>(self, sink: &mut S) {
-        self.end.write(sink);
-        self.s.write(sink);
-        self.uv.write(sink);
-        self.depth_fraction.write(sink);
-        self.steps.write(sink);
-    }
-}
-
-/// A path as a result.
-pub struct PathWords(QuadraticPath);
-
-impl ToWords for PathWords {
-    const WORDS: u32 = 16;
-    #[inline]
-    fn write<S: Sink>(self, sink: &mut S) {
-        let path = self.0;
-        path.enters.write(sink);
-        path.entry_t.write(sink);
-        path.entry_from_facet.write(sink);
-        path.entry_uv.write(sink);
-        path.velocity.write(sink);
-        path.uv_bend.write(sink);
-        path.slope.write(sink);
-        path.bend.write(sink);
-        path.inverse_depth.write(sink);
-        path.warp.write(sink);
-        path.start().write(sink);
-        path.end().write(sink);
-        path.ends_on_floor().write(sink);
-    }
 }

@@ -1,5 +1,13 @@
-//! What the host writes and both renderers read: plain structs of scalars,
-//! laid out alike in memory, in a storage buffer and in a slice.
+//! Structs that the host writes and both renderers read: plain scalars, with the
+//! same layout in a storage buffer and in a slice.
+//!
+//! ```
+//! use relievo_shared::layout::{Triangle, vec3};
+//! use relievo_shared::Vec3;
+//!
+//! assert_eq!(size_of::<Triangle>(), 244);
+//! assert_eq!(vec3([1.0, 2.0, 3.0]), Vec3::new(1.0, 2.0, 3.0));
+//! ```
 
 use crate::{Real, Vec2, Vec3};
 
@@ -25,7 +33,7 @@ pub struct Corner {
     pub gradient_v: [Real; 3],
 }
 
-/// One triangle, ready to be traced.
+/// One triangle, as the models over triangles read it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(C)]
@@ -36,7 +44,7 @@ pub struct Triangle {
     pub handedness: Real,
 }
 
-/// One corner of a [`PlanarTriangle`]: what the fields of [`Corner`] say.
+/// One corner of a [`PlanarTriangle`]; the fields are those of [`Corner`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(C)]
@@ -53,8 +61,8 @@ pub struct PlanarCorner {
     pub gradient_v: [Real; 3],
 }
 
-/// What the planar tier reads of a [`Triangle`]: no quadrics, and no frames in
-/// which they would be read.
+/// The part of a [`Triangle`] that the planar tier reads: no quadrics and no
+/// tangents.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(C)]
@@ -81,7 +89,7 @@ impl From<&Triangle> for PlanarTriangle {
 }
 
 impl From<&PlanarTriangle> for Triangle {
-    /// What is left out is 0.
+    /// Sets the fields that are left out to 0.
     #[inline]
     fn from(triangle: &PlanarTriangle) -> Triangle {
         let corner = |corner: &PlanarCorner| Corner {
@@ -108,57 +116,57 @@ impl From<&PlanarTriangle> for Triangle {
 pub struct Slab {
     /// Unit vector across it.
     pub axis: [Real; 3],
-    /// The least p · `axis` in it, p relative to the shell's anchor, object units.
+    /// The least p · `axis` in the slab, p relative to the prism's anchor, object units.
     pub low: Real,
     /// The largest one.
     pub high: Real,
 }
 
-/// The curved prism over one triangle (section 6), ready to be traced: the
-/// points F(w1, w2, δ) = S(w) − S_z δ N(w), with S and N of degree two in the
-/// weights w1 and w2 of the second and third corner.
+/// The curved prism over one triangle (section 6), as [`Prism`](crate::prism::Prism)
+/// reads it: the points F(w1, w2, δ) = S(w) − S_z δ N(w), with S and N of degree two
+/// in the barycentrics w1 and w2 of the second and third corner.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(C)]
-pub struct Shell {
+pub struct PrismData {
     /// Position of the first corner, object units, relative to the scene's
-    /// origin. What follows is relative to it.
+    /// origin. The other fields are relative to it.
     pub anchor: [Real; 3],
     /// S without its constant, which is 0: the coefficients of w1, w2, w1²,
     /// w1 w2, w2², object units.
     pub surface: [[Real; 3]; 5],
     /// N: the coefficients of 1, w1, w2, w1², w1 w2, w2².
     pub normal: [[Real; 3]; 6],
-    /// Unit normals of the corners, which light the cap: those of the mesh, not
-    /// N, which is between them where an edge is hard.
+    /// Unit normals of the corners, which light the cap: those of the mesh. N
+    /// differs where an edge is hard.
     pub corner_normals: [[Real; 3]; 3],
     /// Texture coordinates of the first corner, and the changes from there to
     /// the second and to the third, repeats.
     pub uv: [[Real; 2]; 3],
     /// Unit normal of the facet.
     pub facet: [Real; 3],
-    /// The map F counts as folded where its determinant is less than this,
-    /// object units cubed.
+    /// F counts as folded where its determinant is less than this, object units
+    /// cubed.
     pub least_determinant: Real,
-    /// No normal of S is further from `facet` than by an angle with this sine;
-    /// 1 where that cannot be said.
+    /// Sine of an angle that no normal of S exceeds with `facet`; 1 if no such bound
+    /// is known.
     pub spread: Real,
-    /// What holds everything through which a ray may come into this prism from
-    /// outside: the cap, and with it the whole prism where a side is open.
+    /// Slabs around all faces through which a ray may enter this prism from outside:
+    /// around the cap, or around the whole prism if a side is open.
     pub slabs: [Slab; 4],
-    /// Middle of a ball around the whole prism.
+    /// Centre of a ball around the whole prism.
     pub centre: [Real; 3],
     /// Its radius, object units.
     pub radius: Real,
     /// 1 / the facet's least altitude, 1 / object units.
     pub inverse_altitude: Real,
-    /// For each corner what lies beyond the side opposite to it: 4 × the number
-    /// of the neighbour + the number of the neighbour's corner opposite to the
-    /// same side; or [`NO_NEIGHBOUR`].
+    /// For each corner the neighbour across the side opposite to it: 4 × the index
+    /// of the neighbour + the neighbour's corner opposite to the same side; or
+    /// [`NO_NEIGHBOUR`].
     pub neighbours: [u32; 3],
 }
 
-/// The surface ends at this side of a [`Shell`].
+/// The surface ends at this side of a prism.
 pub const NO_NEIGHBOUR: u32 = 0xffff_ffff;
 
 /// The camera, the picture and the light of one frame.
@@ -192,7 +200,7 @@ pub struct Frame {
     pub size: [Real; 2],
 }
 
-/// Everything about one object that is not its triangles or its texels.
+/// The parameters of one object.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(C)]
@@ -215,10 +223,11 @@ pub struct Object {
     pub chamfer: Real,
     /// Strength of the specular reflection, 0…1.
     pub specular: Real,
-    /// How far beside its place a ray may be searched in the accurate tier, pixels.
+    /// Largest distance between the searched and the true ray in the accurate tier,
+    /// pixels.
     pub tolerance: Real,
-    /// How far before the solid a search may end, texels at distance 1 from the
-    /// eye, ≥ 0: where a pixel is wider, more.
+    /// Largest distance before the solid at which a search may end, texels at
+    /// distance 1 from the eye, ≥ 0; proportional to the distance.
     pub slack: Real,
     /// Linear RGB of the cap (the mesh surface).
     pub cap_color: [Real; 3],
@@ -232,7 +241,7 @@ pub struct Object {
     pub shininess: u32,
     /// One of the `TIER_` constants.
     pub tier: u32,
-    /// Not 0: there is no floor, and rays that reach δ = 1 are discarded.
+    /// Not 0: there is no floor; rays that reach δ = 1 are discarded.
     pub cut_out: u32,
     /// Largest number of steps of the linear search.
     pub linear_steps: u32,
@@ -246,7 +255,7 @@ pub struct Object {
     pub map_format: u32,
     /// One of the `SEARCH_` constants.
     pub search: u32,
-    /// Not 0: columns throw shadows on the object they stand on.
+    /// Not 0: columns cast shadows on their own object.
     pub self_shadow: u32,
 }
 
@@ -271,7 +280,7 @@ pub const FORMAT_PAPER: u32 = 2;
 pub const SEARCH_EXTRUSION: u32 = 0;
 /// Equal steps through a depth map of the same pattern: relief mapping.
 pub const SEARCH_RELIEF: u32 = 1;
-/// The search of the paper's tier, which brings its own path.
+/// The search of the paper's tier, with its own path.
 pub const SEARCH_PAPER: u32 = 2;
 /// The search of the accurate tier, from prism to prism.
 pub const SEARCH_PRISMS: u32 = 3;
@@ -285,8 +294,10 @@ const _: () = {
     assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 240);
     assert!(size_of::<PlanarCorner>() == 56 && size_of::<PlanarTriangle>() == 168);
     assert!(offset_of!(PlanarCorner, uv) == 24 && align_of::<PlanarTriangle>() == 4);
-    assert!(size_of::<Slab>() == 20 && size_of::<Shell>() == 336 && align_of::<Shell>() == 4);
-    assert!(offset_of!(Shell, facet) == 204 && offset_of!(Shell, neighbours) == 324);
+    assert!(
+        size_of::<Slab>() == 20 && size_of::<PrismData>() == 336 && align_of::<PrismData>() == 4
+    );
+    assert!(offset_of!(PrismData, facet) == 204 && offset_of!(PrismData, neighbours) == 324);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
     assert!(size_of::<Object>() == 136 && align_of::<Object>() == 4);

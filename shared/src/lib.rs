@@ -1,41 +1,73 @@
-//! The mathematics of relievo, written once.
+//! The mathematics of relievo, written once for shaders and CPU.
 //!
 //! The same files are compiled three times: to SPIR-V by `shader-crate`, to
 //! the CPU in f32 as this package, and to the CPU in f64 as
-//! `relievo-shared-f64`, the judge of the f32 arithmetic. Section numbers in
-//! these docs are those of the project's algorithm page; equation and
-//! algorithm numbers are those of the paper (Chahdi, Ragragui, Halli, Satori:
-//! "Per-pixel extrusion mapping with correct silhouettes", 2021).
+//! `relievo-shared-f64`, the reference for the f32 arithmetic. "Section N" is
+//! section N of `docs/algorithm.md`. Equation and algorithm numbers are those of
+//! the paper (Chahdi, Ragragui, Halli, Satori: "Per-pixel extrusion mapping with
+//! correct silhouettes", 2021).
 //!
-//! How data flows, one module a step:
+//! # Where to start
+//!
+//! A fragment shader calls, in this order, [`camera::pixel_ray`],
+//! [`Model::meet`](model::Model::meet), [`Model::enter`](model::Model::enter),
+//! [`trace::trace`] and [`trace::color`]; the CPU renderer calls the same. What
+//! the vertex shader draws is the result of [`outline`].
 //!
 //! ```text
 //! camera        pixel → ray
 //! outline       triangle or prism → the pixels that may see it
-//! facet         ray + triangle → weights, distance
-//! surface       weights → normal, tangent frame, quadric, uv
-//! path          surface + ray → where the ray is at s, in uv and depth (the tier)
-//! prism         triangle → curved shell (the accurate tier)
-//! profile       depth → radius by which the pattern is grown (the technique)
-//! shape_map     uv → distance to the pattern
-//! march         path × profile × shape map → hit; relief, paper: baselines
-//! walk          prisms × profile × shape map → hit (the accurate tier)
-//! normals       hit → normal and surface class
+//! trace         one pixel of one facet, from the ray to the colour
+//! model         what a tier knows about the surface: one file a tier
+//!   facet         ray + triangle → barycentrics, distance
+//!   surface       barycentrics → normal, tangent frame, quadric, uv
+//!   path          the ray in uv and depth, by the distance s
+//!   prism         triangle → curved prism (accurate tier)
+//! march         path × profile × shape map → hit, by safe steps
+//!   walk          from prism to prism, a march in each (accurate tier)
+//!   profile       r(δ): the radius of the pattern by depth — bevel, chamfer
+//!   shape_map     uv → distance to the pattern
+//! normals       hit → surface class and normal
 //! shadow        hit → lit or not
 //! light         normal → colour
-//! fragment      all of the above for one pixel and one triangle
-//! shell         all of the above for one pixel and one prism (the accurate tier)
+//! shaders       list of searches, tiers and shader entry points
+//! facts         what specialised shaders know of an object
+//! layout        structs that the host writes and both renderers read
+//! kernels       list of functions whose results on GPU and CPU are compared
 //! ```
 //!
-//! `kernels` lists the functions whose results on GPU and CPU are compared.
+//! # Rules for this code
 //!
-//! # What may be called here
+//! Code that runs on both sides must give the same bits on every device, and
+//! must pass through rust-gpu, spirv-opt and naga.
 //!
-//! Code that runs on both sides uses + − ×, comparisons, casts and the
-//! functions of [`arithmetic`], and nothing else: no `/`, `%`, `sqrt`,
-//! `mul_add`, `powf`, trigonometry, glam's `normalize` or `length`. Their
-//! results are not the same on every device. `clippy.toml` lists the banned
-//! methods, and a test of the workspace scans the sources for the operators.
+//! **Arithmetic.** + − ×, comparisons, casts and the functions of
+//! [`arithmetic`], and nothing else: no `/`, `%`, `sqrt`, `mul_add`, `powf`,
+//! trigonometry, glam's `normalize` or `length`, whose results differ between
+//! devices. `clippy.toml` lists the banned methods, and `tests/sources.rs` scans
+//! the sources for the operators.
+//!
+//! **Loops.** `while` with a counter or a flag; no `for`, `loop`, `break` or
+//! `continue`, and no `return` from within a loop. A `for` is an iterator of
+//! `Option`s in rust-gpu, enums that cost registers and instructions. A second way
+//! out of a turn makes rust-gpu's structurizer duplicate the rest of the turn or
+//! guard it by flags of its own, and gives the loop a `continuing` block, which
+//! naga writes wrongly in GLSL, HLSL and MSL (gfx-rs/wgpu#4558): the portable
+//! shaders rewrite such loops, and refuse one that goes on from within a switch
+//! (`host/bitwise/src/portable.rs`). Code that is needed twice in a loop is
+//! executed in one place, in turns of the loop: a shader contains what is inlined
+//! twice, twice.
+//!
+//! **Functions.** `#[inline]`, small, generic over types known at compile time;
+//! no recursion, no trait objects, no allocation, no panics but checks of debug
+//! builds ([`contract`]). No `Option` or enum with data: results are structs or
+//! tuples with a flag.
+//!
+//! **Data.** Layouts are structs of scalars and arrays, without padding. A value
+//! that is stored or passed from stage to stage keeps the value [`contract`].
+//!
+//! **Macros.** None in expressions: `relievo-shared-variant` rewrites every
+//! operation of these files and does not see into macros.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
 
@@ -44,26 +76,25 @@ pub mod camera;
 pub mod contract;
 pub mod facet;
 pub mod facts;
-pub mod fragment;
 #[cfg(not(feature = "double"))]
 pub mod kernels;
 pub mod layout;
 pub mod light;
 pub mod march;
+pub mod model;
 mod native;
 pub mod normals;
 pub mod outline;
-pub mod paper;
 pub mod path;
 pub mod prism;
 pub mod profile;
-pub mod relief;
 #[cfg(not(feature = "double"))]
 pub mod rounding;
+pub mod shaders;
 pub mod shadow;
 pub mod shape_map;
-pub mod shell;
 pub mod surface;
+pub mod trace;
 pub mod walk;
 
 /// The floating-point type of this build: f32, or f64 in `relievo-shared-f64`.

@@ -1,12 +1,12 @@
-//! A plain light model: ambient, and one directional light with a diffuse and
-//! a specular part (Blinn–Phong). Linear RGB throughout.
+//! Lighting: ambient light, and one directional light with a diffuse and a specular part
+//! (Blinn–Phong). Linear RGB throughout.
 
 use crate::Vec3;
 use crate::arithmetic::{max, normalize_or, power};
 use crate::layout::{Frame, Object, vec3};
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
 
-/// The material's colour for a surface class.
+/// Returns the material's colour for a surface class, linear RGB.
 #[inline]
 pub fn albedo(object: &Object, class: u32) -> Vec3 {
     if class == CLASS_CAP {
@@ -20,8 +20,8 @@ pub fn albedo(object: &Object, class: u32) -> Vec3 {
     }
 }
 
-/// Light that leaves a point with unit `normal` against the ray's `direction`;
-/// only the ambient part where it is not `lit`.
+/// Returns the light that leaves a point with unit `normal` against the ray's
+/// `direction`, linear RGB; only the ambient part if it is not `lit`.
 #[inline]
 pub fn shade(
     frame: &Frame,

@@ -1,6 +1,6 @@
 //! The surface class of a hit and the normal that lights it (section 9).
 
-use crate::arithmetic::normalize_or;
+use crate::arithmetic::{div, normalize_or};
 use crate::layout::Object;
 use crate::march::{END_CAP, END_FLOOR, END_MISS, March};
 use crate::shape_map::{ShapeMap, Texels};
@@ -15,10 +15,10 @@ pub const CLASS_CAP: u32 = 1;
 pub const CLASS_WALL: u32 = 2;
 /// The sloped side of a bevel or a chamfer.
 pub const CLASS_BEVEL: u32 = 3;
-/// The ground between the columns.
+/// The floor between the columns.
 pub const CLASS_FLOOR: u32 = 4;
 
-/// The class of the point where the march ended.
+/// Returns the class of the point where the march ended.
 #[inline]
 pub fn class_of(march: &March, object: &Object) -> u32 {
     if march.end == END_MISS {
@@ -38,35 +38,69 @@ pub fn class_of(march: &March, object: &Object) -> u32 {
     }
 }
 
-/// The unit normal at a hit of `class` at `uv`, where `surface_normal` is the
-/// smooth surface's normal at the hit.
-///
-/// Sides follow the gradient of g = D − e − b δ: normals are covectors, so the
-/// map's gradient is carried by ∇u and ∇v, and ∇δ = −N / S_z tilts a bevel.
+/// The smooth surface at a hit, with the gradients of u, v and δ in space.
+pub trait HitSurface: Copy {
+    /// Unit normal of the smooth surface, pointing out.
+    fn normal(&self) -> Vec3;
+
+    /// The normal of a side, of any length: the gradient of g = D − r(δ), where
+    /// `slope` is the gradient of D by u and v, texels per repeat, and `growth`
+    /// is dr/dδ, texels; r does not change with δ unless `is_sloped`.
+    fn side(&self, slope: Vec2, is_sloped: bool, growth: Real) -> Vec3;
+}
+
+/// The smooth surface at a hit of a model over triangles.
+#[derive(Clone, Copy, Debug)]
+pub struct SmoothSurface {
+    /// The surface where the ray entered the shell.
+    pub surface: Surface,
+    /// Unit normal at the hit.
+    pub normal: Vec3,
+    /// S_z, object units.
+    pub depth: Real,
+}
+
+impl HitSurface for SmoothSurface {
+    #[inline]
+    fn normal(&self) -> Vec3 {
+        self.normal
+    }
+
+    /// Normals are covectors: ∇u and ∇v carry the map's gradient, and
+    /// ∇δ = −N / S_z tilts a bevel.
+    #[inline]
+    fn side(&self, slope: Vec2, is_sloped: bool, growth: Real) -> Vec3 {
+        let raw = self.surface.gradient_u * slope.x + self.surface.gradient_v * slope.y;
+        // Upright with respect to the surface at the hit.
+        let upright = raw - self.normal * self.normal.dot(raw);
+        let tilt = if is_sloped {
+            div(growth, self.depth)
+        } else {
+            0.0
+        };
+        upright + self.normal * tilt
+    }
+}
+
+/// Returns the unit normal of the carved surface at a hit of `class` at `uv`, where
+/// `surface` is the smooth surface.
 #[inline]
-pub fn normal_at<T: Texels + ?Sized>(
+pub fn normal_at<S: HitSurface, T: Texels + ?Sized>(
     class: u32,
     object: &Object,
     map: &ShapeMap,
     texels: &T,
-    surface: &Surface,
-    surface_normal: Vec3,
+    surface: &S,
     uv: Vec2,
 ) -> Vec3 {
+    let smooth = surface.normal();
     if class != CLASS_WALL && class != CLASS_BEVEL {
-        return surface_normal;
+        return smooth;
     }
-    let slope = map.gradient(texels, uv);
-    let raw =
-        surface.gradient_u * (slope.x * map.size.x) + surface.gradient_v * (slope.y * map.size.y);
-    // Upright with respect to the surface at the hit.
-    let upright = raw - surface_normal * surface_normal.dot(raw);
-    let tilt: Real = if class == CLASS_BEVEL && object.bevel != 0.0 {
-        crate::arithmetic::div(object.bevel * map.size.x, object.depth)
-    } else {
-        0.0
-    };
-    normalize_or(upright + surface_normal * tilt, surface_normal)
+    let slope = map.gradient(texels, uv) * map.size;
+    let is_sloped = class == CLASS_BEVEL && object.bevel != 0.0;
+    let side = surface.side(slope, is_sloped, object.bevel * map.size.x);
+    normalize_or(side, smooth)
 }
 
 #[cfg(test)]
@@ -126,15 +160,12 @@ mod tests {
     fn normal(class: u32, sample: &Sample, surface: &Surface, at: Vec3, uv: [f32; 2]) -> Vec3 {
         let map = sample.map();
         let uv = Vec2::new(uv[0], uv[1]);
-        normal_at(
-            class,
-            &sample.object,
-            &map,
-            &sample.words[..],
-            surface,
-            at,
-            uv,
-        )
+        let surface = SmoothSurface {
+            surface: *surface,
+            normal: at,
+            depth: sample.object.depth,
+        };
+        normal_at(class, &sample.object, &map, &sample.words[..], &surface, uv)
     }
 
     #[test]

@@ -1,18 +1,17 @@
-//! The curved prism over a triangle (section 6): the accurate tier's shell.
+//! The curved prism over a triangle (section 6), which the accurate tier traces.
 //!
-//! A point of the prism is F(w1, w2, δ) = S(w) − S_z δ N(w), with S and N of
-//! degree two in the weights of the second and third corner. Along a ray the
-//! parameters x = (w1, w2, δ) run on one curve, as long as det ∂F/∂x keeps its
-//! sign. Newton's method gives x at a point of the ray, and ∂F/∂x and F's
-//! second derivatives give x′ and x″ along it.
+//! A point of the prism is F(w1, w2, δ) = S(w) − S_z δ N(w), with S and N of degree two
+//! in the barycentrics of the second and third corner. Along a ray the parameters
+//! x = (w1, w2, δ) follow one curve while det ∂F/∂x keeps its sign. Newton's method
+//! gives x at a point of the ray; the first and second derivatives of F give x′ and x″.
 
 use crate::arithmetic::{abs, div, kept3, max, normalize_or};
-use crate::layout::{NO_NEIGHBOUR, Shell, vec2, vec3};
+use crate::layout::{NO_NEIGHBOUR, PrismData, vec2, vec3};
 use crate::{Real, Vec2, Vec3};
 
 /// A polynomial of degree two in w1 and w2, with values in space.
 ///
-/// Aligned as naga wants structs with vectors in them to be.
+/// Aligned as naga requires of structs with vectors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[repr(align(16))]
 struct Quadratic {
@@ -44,8 +43,8 @@ impl Quadratic {
         self.second + self.second_second * (2.0 * w2) + self.first_second * w1
     }
 
-    /// The second derivative in the directions `p` and `q`, of which it takes
-    /// the weights: the same everywhere.
+    /// Returns the second derivative in the directions `p` and `q`, of which it uses the
+    /// weights; it is constant.
     #[inline]
     fn bend(&self, p: Vec3, q: Vec3) -> Vec3 {
         self.first_first * (2.0 * p.x * q.x)
@@ -54,7 +53,7 @@ impl Quadratic {
     }
 }
 
-/// The shell of one triangle between the cap and the floor.
+/// The prism over one triangle, between the cap and the floor.
 ///
 /// Positions are relative to the triangle's first corner, to save digits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,7 +71,7 @@ pub struct Prism {
     uv_second: Vec2,
 }
 
-/// Where a ray is in the parameters of a prism: x, and the ray's distance t.
+/// The motion of a ray in the parameters of a prism, by the distance t.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[repr(align(16))]
 pub struct State {
@@ -82,8 +81,8 @@ pub struct State {
     pub velocity: Vec3,
     /// The second derivative of x by t.
     pub acceleration: Vec3,
-    /// The error of x in second order: a displacement of this many object units
-    /// per cube of the time.
+    /// Error of x to second order: a displacement of this many object units per cube of
+    /// the time.
     pub third_order: Real,
 }
 
@@ -107,7 +106,7 @@ pub struct Jacobian {
     pub regular: bool,
 }
 
-/// No Jacobian at all.
+/// The Jacobian of a folded prism.
 const NOT_REGULAR: Jacobian = Jacobian {
     along_first: Vec3::ZERO,
     along_second: Vec3::ZERO,
@@ -119,7 +118,7 @@ const NOT_REGULAR: Jacobian = Jacobian {
 };
 
 impl Jacobian {
-    /// (w1, w2, δ) by which F changes by `displacement`, in first order.
+    /// Returns the change of (w1, w2, δ) for a `displacement` of F, to first order.
     #[inline]
     pub fn solve(&self, displacement: Vec3) -> Vec3 {
         Vec3::new(
@@ -144,10 +143,10 @@ pub struct PrismFrame {
 }
 
 impl Prism {
-    /// The prism of `shell`, `depth` = S_z > 0 object units deep.
+    /// Returns the prism of `data`, `depth` = S_z > 0 object units deep.
     #[inline]
-    pub fn new(shell: &Shell, depth: Real) -> Prism {
-        let [first, second, first_first, first_second, second_second] = &shell.surface;
+    pub fn new(data: &PrismData, depth: Real) -> Prism {
+        let [first, second, first_first, first_second, second_second] = &data.surface;
         let [
             n,
             n_first,
@@ -155,9 +154,9 @@ impl Prism {
             n_first_first,
             n_first_second,
             n_second_second,
-        ] = &shell.normal;
+        ] = &data.normal;
         Prism {
-            anchor: vec3(shell.anchor),
+            anchor: vec3(data.anchor),
             surface: Quadratic {
                 constant: Vec3::ZERO,
                 first: vec3(*first),
@@ -175,15 +174,15 @@ impl Prism {
                 second_second: vec3(*n_second_second),
             },
             corner_normals: [
-                vec3(shell.corner_normals[0]),
-                vec3(shell.corner_normals[1]),
-                vec3(shell.corner_normals[2]),
+                vec3(data.corner_normals[0]),
+                vec3(data.corner_normals[1]),
+                vec3(data.corner_normals[2]),
             ],
             depth,
-            least_determinant: shell.least_determinant,
-            uv: vec2(shell.uv[0]),
-            uv_first: vec2(shell.uv[1]),
-            uv_second: vec2(shell.uv[2]),
+            least_determinant: data.least_determinant,
+            uv: vec2(data.uv[0]),
+            uv_first: vec2(data.uv[1]),
+            uv_second: vec2(data.uv[2]),
         }
     }
 
@@ -211,7 +210,7 @@ impl Prism {
         self.uv + self.uv_first * w1 + self.uv_second * w2
     }
 
-    /// By how much the texture coordinates change with a change of x, repeats.
+    /// Returns the change of the texture coordinates for a change of x, repeats.
     #[inline]
     pub fn uv_change(&self, change: Vec3) -> Vec2 {
         self.uv_first * change.x + self.uv_second * change.y
@@ -225,7 +224,7 @@ impl Prism {
         let b = self.surface.along_second(x.x, x.y) - self.normal.along_second(x.x, x.y) * deep;
         let c = self.normal.at(x.x, x.y) * -self.depth;
         let ab = a.cross(b);
-        // δ grows inward: the determinant of a prism that is not folded is negative.
+        // δ grows inward: the determinant is negative unless the prism is folded.
         let determinant = -ab.dot(c);
         let regular = determinant > self.least_determinant;
         let inverse = if regular { -div(1.0, determinant) } else { 0.0 };
@@ -259,8 +258,8 @@ impl Prism {
         }
     }
 
-    /// Newton's method for F(x) = `target`, from `x`, in at most `rounds` rounds;
-    /// ∂F/∂x is that of the last round's start, which is near enough to go on.
+    /// Solves F(x) = `target` by Newton's method, from `x`, in at most `rounds` iterations.
+    /// Returns ∂F/∂x at the start of the last one, which is near enough.
     #[inline]
     pub fn solve(&self, target: Vec3, x: Vec3, rounds: u32) -> (Vec3, Jacobian) {
         let mut x = x;
@@ -288,17 +287,17 @@ impl Prism {
         self.surface.bend(p, q) - (self.normal.bend(p, q) * x.z + turn) * self.depth
     }
 
-    /// By how much N changes with a change of x.
+    /// Returns the change of N for a change of x.
     #[inline]
     fn normal_change(&self, x: Vec3, change: Vec3) -> Vec3 {
         self.normal.along_first(x.x, x.y) * change.x + self.normal.along_second(x.x, x.y) * change.y
     }
 
-    /// How x moves along the ray at `x`.
+    /// Returns the motion along the ray at `x`.
     ///
-    /// F(x(t)) runs straight: F′ x″ = −F″(x′, x′), and F′ x‴ = −3 F″(x′, x″) −
-    /// F‴(x′, x′, x′), where only −S_z δ N has a third derivative. What is so small
-    /// that a device may lose it is 0, so that nothing is decided by it.
+    /// F(x(t)) is a straight line: F′ x″ = −F″(x′, x′), and F′ x‴ = −3 F″(x′, x″) −
+    /// F‴(x′, x′, x′), where only −S_z δ N has a third derivative. Numbers so small that a
+    /// device may flush them are set to 0.
     #[inline]
     pub fn motion(&self, x: Vec3, jacobian: &Jacobian, direction: Vec3) -> State {
         let velocity = kept3(jacobian.solve(direction));
@@ -316,22 +315,22 @@ impl Prism {
     }
 }
 
-/// Whether a point relative to the anchor may lie in the prism of `shell`.
+/// Returns whether a point relative to the anchor may lie in the prism of `data`.
 #[inline]
-pub fn is_near(shell: &Shell, point: Vec3) -> bool {
-    let from_centre = point - vec3(shell.centre);
-    from_centre.dot(from_centre) <= shell.radius * shell.radius
+pub fn is_near(data: &PrismData, point: Vec3) -> bool {
+    let from_centre = point - vec3(data.centre);
+    from_centre.dot(from_centre) <= data.radius * data.radius
 }
 
-/// Whether the surface ends at a side of the prism of `shell`.
+/// Returns whether the surface ends at a side of the prism of `data`.
 #[inline]
-pub fn is_open(shell: &Shell) -> bool {
-    let [a, b, c] = shell.neighbours;
+pub fn is_open(data: &PrismData) -> bool {
+    let [a, b, c] = data.neighbours;
     a == NO_NEIGHBOUR || b == NO_NEIGHBOUR || c == NO_NEIGHBOUR
 }
 
-/// The control points of a polynomial of degree two over a triangle, whose hull
-/// holds its values, from its coefficients of 1, w1, w2, w1², w1 w2, w2².
+/// Returns the control points of a polynomial of degree two over a triangle, whose convex
+/// hull contains its values, from its coefficients of 1, w1, w2, w1², w1 w2, w2².
 #[inline]
 fn control_points(a: [Vec3; 6]) -> [Vec3; 6] {
     [
@@ -344,10 +343,10 @@ fn control_points(a: [Vec3; 6]) -> [Vec3; 6] {
     ]
 }
 
-/// Points whose convex hull holds the cap of `shell`, relative to the anchor.
+/// Returns points whose convex hull contains the cap of `data`, relative to the anchor.
 #[inline]
-pub fn cap_hull(shell: &Shell) -> [Vec3; 6] {
-    let [first, second, first_first, first_second, second_second] = &shell.surface;
+pub fn cap_hull(data: &PrismData) -> [Vec3; 6] {
+    let [first, second, first_first, first_second, second_second] = &data.surface;
     control_points([
         Vec3::ZERO,
         vec3(*first),
@@ -358,10 +357,10 @@ pub fn cap_hull(shell: &Shell) -> [Vec3; 6] {
     ])
 }
 
-/// Vectors whose convex hull holds N: S_z of each, taken from the points of
-/// [`cap_hull`], give points whose hull holds the floor.
+/// Returns vectors whose convex hull contains N. The points of [`cap_hull`] minus S_z times
+/// these have a hull that contains the floor.
 #[inline]
-pub fn normal_hull(shell: &Shell) -> [Vec3; 6] {
+pub fn normal_hull(data: &PrismData) -> [Vec3; 6] {
     let [
         constant,
         first,
@@ -369,7 +368,7 @@ pub fn normal_hull(shell: &Shell) -> [Vec3; 6] {
         first_first,
         first_second,
         second_second,
-    ] = &shell.normal;
+    ] = &data.normal;
     control_points([
         vec3(*constant),
         vec3(*first),
@@ -380,12 +379,12 @@ pub fn normal_hull(shell: &Shell) -> [Vec3; 6] {
     ])
 }
 
-/// Newton's method stops after a change as small as this: the error left is
-/// about its square times the prism's bend.
+/// Newton's method stops after a change as small as this. The remaining error is about its
+/// square times the prism's bend.
 #[cfg(not(feature = "double"))]
 const CONVERGED: Real = 2e-3;
-/// Newton's method stops after a change as small as this: the error left is
-/// about its square times the prism's bend.
+/// Newton's method stops after a change as small as this. The remaining error is about its
+/// square times the prism's bend.
 #[cfg(feature = "double")]
 const CONVERGED: Real = 1e-6;
 
@@ -400,7 +399,7 @@ pub(crate) mod tests {
     pub(crate) type TestCorner = (Vec3, Vec3, Vec2);
 
     /// Section 6's prism over a triangle, the sides open.
-    pub(crate) fn test_shell(corners: [TestCorner; 3], depth: Real) -> Shell {
+    pub(crate) fn test_prism(corners: [TestCorner; 3], depth: Real) -> PrismData {
         let [p, n] = [corners.map(|c| c.0), corners.map(|c| c.1)];
         let uv = corners.map(|c| c.2);
         let polynomial = |a: [Vec3; 3], edge: &dyn Fn(usize, usize) -> Vec3| {
@@ -425,7 +424,7 @@ pub(crate) mod tests {
         };
         let surface = polynomial(p.map(|q| q - p[0]), &bulge);
         let facet = (p[1] - p[0]).cross(p[2] - p[0]);
-        let mut shell = Shell {
+        let mut data = PrismData {
             anchor: p[0].to_array(),
             surface: core::array::from_fn(|i| surface[i + 1]),
             normal: polynomial(n, &fanning),
@@ -436,12 +435,12 @@ pub(crate) mod tests {
             spread: 1.0,
             inverse_altitude: 1.0,
             neighbours: [NO_NEIGHBOUR; 3],
-            ..Shell::default()
+            ..PrismData::default()
         };
-        let (cap, down) = (cap_hull(&shell), normal_hull(&shell));
+        let (cap, down) = (cap_hull(&data), normal_hull(&data));
         let points: [Vec3; 12] =
             core::array::from_fn(|i| cap[i % 6] - down[i % 6] * if i < 6 { 0.0 } else { depth });
-        shell.slabs = [Vec3::X, Vec3::Y, Vec3::Z, facet.normalize()].map(|axis| {
+        data.slabs = [Vec3::X, Vec3::Y, Vec3::Z, facet.normalize()].map(|axis| {
             let along = points.map(|point| point.dot(axis));
             Slab {
                 axis: axis.to_array(),
@@ -451,9 +450,9 @@ pub(crate) mod tests {
         });
         let centre = points.into_iter().fold(Vec3::ZERO, |sum, p| sum + p) * (1.0 / 12.0);
         let furthest = points.map(|point| (point - centre).length());
-        shell.centre = centre.to_array();
-        shell.radius = furthest.into_iter().fold(0.0, Real::max) + 1e-2;
-        shell
+        data.centre = centre.to_array();
+        data.radius = furthest.into_iter().fold(0.0, Real::max) + 1e-2;
+        data
     }
 
     fn vector(random: &mut Random, size: f64) -> Vec3 {
@@ -486,10 +485,10 @@ pub(crate) mod tests {
         let mut random = Random(11);
         let mut worst: Real = 0.0;
         for _ in 0..300 {
-            let shell = test_shell(corners(&mut random), 0.3);
-            let prism = Prism::new(&shell, 0.3);
-            let cap = cap_hull(&shell);
-            let down = normal_hull(&shell);
+            let data = test_prism(corners(&mut random), 0.3);
+            let prism = Prism::new(&data, 0.3);
+            let cap = cap_hull(&data);
+            let down = normal_hull(&data);
             let axis = vector(&mut random, 1.0).normalize();
             let deep = if floor { 0.3 } else { 0.0 };
             let highest = (0..6)
@@ -516,8 +515,8 @@ pub(crate) mod tests {
         let [a, b, c] = corners(&mut random);
         let normal = Vec3::new(0.2, 0.3, 1.0).normalize();
         let other = (Vec3::new(4.0, -1.0, 1.1), normal, Vec2::ZERO);
-        let one = Prism::new(&test_shell([a, b, c], 0.2), 0.2);
-        let two = Prism::new(&test_shell([c, b, other], 0.2), 0.2);
+        let one = Prism::new(&test_prism([a, b, c], 0.2), 0.2);
+        let two = Prism::new(&test_prism([c, b, other], 0.2), 0.2);
         for i in 0..=10 {
             let (w, deep) = (0.1 * i as Real, 0.05 * i as Real);
             // From b to c.
@@ -537,7 +536,7 @@ pub(crate) mod tests {
     fn derivatives_are_those_of_the_point() {
         let mut random = Random(13);
         for _ in 0..200 {
-            let prism = Prism::new(&test_shell(corners(&mut random), 0.3), 0.3);
+            let prism = Prism::new(&test_prism(corners(&mut random), 0.3), 0.3);
             let x = parameters(&mut random);
             let jacobian = prism.jacobian(x);
             assert!(jacobian.regular);

@@ -1,15 +1,24 @@
 //! Correctly rounded division and square root from an estimate, on any device.
 //!
-//! Vulkan lets a division be wrong by 2.5 ULP and a square root by about 3, and
-//! some drivers make use of it. Here the device's result is an estimate only:
-//! its exact residual, in wrapping u32 arithmetic, says by how many units it
-//! is off (another estimate of a small number), and how to round. Results are those of IEEE 754 for operands and
-//! results that are normal numbers or zero, whatever the estimate's last digits
-//! are; others saturate: never an infinity, never a NaN, never a denormal.
+//! Vulkan allows errors of 2.5 ULP for a division and about 3 ULP for a square root, and
+//! some drivers use them. Here the device's result is only an estimate: its exact
+//! residual, in wrapping u32 arithmetic, tells the error in units and how to round.
+//! Results are those of IEEE 754 for operands and results that are normal numbers or
+//! zero, whatever the last digits of the estimate. Others saturate: never an infinity, a
+//! NaN or a denormal.
+//!
+//! ```
+//! use relievo_shared::rounding::Division;
+//!
+//! let division = Division::new(1.0, 3.0);
+//! let (a, b) = division.mantissas();
+//! let estimate = (a / b) * (1.0 + 2.0 * f32::EPSILON);
+//! assert_eq!(division.rounded(estimate), 1.0 / 3.0);
+//! ```
 
 use crate::native::native_div;
 
-/// The largest error of an estimate that is made good, ULP.
+/// Largest error of an estimate that is corrected, ULP.
 pub const LARGEST_ERROR: u32 = 8;
 
 const SIGN: u32 = 0x8000_0000;
@@ -19,7 +28,7 @@ const IMPLICIT: u32 = 0x0080_0000;
 const ONE: u32 = 0x3f80_0000;
 const LARGEST: u32 = 0x7f7f_ffff;
 
-/// The quotient's operands with exponents removed, for the device to estimate.
+/// The operands of a division, which the device estimates without their exponents.
 #[derive(Clone, Copy, Debug)]
 pub struct Division {
     a: u32,
@@ -27,7 +36,7 @@ pub struct Division {
 }
 
 impl Division {
-    /// Of `a / b`.
+    /// Returns the division `a / b`.
     #[inline]
     pub fn new(a: f32, b: f32) -> Division {
         Division {
@@ -36,7 +45,7 @@ impl Division {
         }
     }
 
-    /// The mantissas, 1…2: their quotient is to be estimated.
+    /// Returns the mantissas, 1…2, whose quotient the device estimates.
     #[inline]
     pub fn mantissas(self) -> (f32, f32) {
         (
@@ -45,8 +54,8 @@ impl Division {
         )
     }
 
-    /// `a / b`, given the quotient of the mantissas to within
-    /// [`LARGEST_ERROR`].
+    /// Returns `a / b`, rounded to nearest, from an `estimate` of the quotient of the
+    /// mantissas within [`LARGEST_ERROR`].
     #[inline]
     pub fn rounded(self, estimate: f32) -> f32 {
         let sign = (self.a ^ self.b) & SIGN;
@@ -61,8 +70,8 @@ impl Division {
         let units = native_div(residual as i32 as f32, b as i32 as f32) as i32 as u32;
         quotient = quotient.wrapping_add(units);
         residual = residual.wrapping_sub(units.wrapping_mul(b));
-        // The second estimate may be a unit off, of either sign, and then a
-        // little less than nothing may be left, which rounds as it should.
+        // The second estimate may be one unit off in either direction. A residual
+        // slightly below zero then rounds correctly.
         let over = all_if_negative(residual);
         quotient = quotient.wrapping_add(over);
         residual = residual.wrapping_add(over & b);
@@ -83,7 +92,7 @@ impl Division {
         }
     }
 
-    /// The quotient's biased exponent before rounding, if it has one.
+    /// Returns the quotient's biased exponent before rounding.
     #[inline]
     fn exponent(self) -> i32 {
         let (a, b) = (self.a & MANTISSA, self.b & MANTISSA);
@@ -91,9 +100,9 @@ impl Division {
         high_a as i32 - high_b as i32 + if a < b { 126 } else { 127 }
     }
 
-    /// `a / b` where that is no normal number: zero if `a` is zero or the
-    /// quotient too small, the largest number if `b` is zero or the quotient
-    /// too large.
+    /// Returns the replacement for an `a / b` that is not a normal number: zero if `a` is
+    /// zero or the quotient too small, ±`f32::MAX` if `b` is zero or the quotient too
+    /// large.
     #[inline]
     pub fn saturated(self) -> f32 {
         let sign = (self.a ^ self.b) & SIGN;
@@ -108,41 +117,41 @@ impl Division {
     }
 }
 
-/// All bits set where the number in two's complement is negative, else none:
-/// a choice without a branch, of which compilers make long chains otherwise.
+/// Returns all bits set if the number in two's complement is negative, else 0: a selection
+/// without a branch.
 #[inline]
 fn all_if_negative(x: u32) -> u32 {
     (x as i32 >> 31) as u32
 }
 
-/// The root's operand with its exponent made 0 or 1, for the device to estimate.
+/// The operand of a square root, which the device estimates with the exponent 0 or 1.
 #[derive(Clone, Copy, Debug)]
 pub struct Root {
     x: u32,
 }
 
 impl Root {
-    /// Of √x, x ≥ 0.
+    /// Returns the root √x, x ≥ 0.
     #[inline]
     pub fn new(x: f32) -> Root {
         Root { x: x.to_bits() }
     }
 
-    /// 1 where x is a mantissa times an odd power of two, else 0.
+    /// Returns 1 if x is a mantissa times an odd power of two, else 0.
     #[inline]
     fn odd(self) -> u32 {
         // The exponent's bias is odd.
         !(self.x >> 23) & 1
     }
 
-    /// The number from 1 to 4 of which the root is to be estimated.
+    /// Returns the number, 1…4, whose root the device estimates.
     #[inline]
     pub fn operand(self) -> f32 {
         f32::from_bits(self.x & MANTISSA | (ONE + (self.odd() << 23)))
     }
 
-    /// √x, given the operand's root to within [`LARGEST_ERROR`]; zero for a
-    /// denormal x.
+    /// Returns √x, rounded to nearest, from an `estimate` of the operand's root within
+    /// [`LARGEST_ERROR`]; 0 for a denormal x.
     #[inline]
     pub fn rounded(self, estimate: f32) -> f32 {
         let mantissa = self.x & MANTISSA | IMPLICIT;

@@ -1,9 +1,9 @@
-//! Shadows that columns throw on the object they stand on: a second march,
-//! from the hit towards the light, through the same shell.
+//! Self-shadows: a second march from the hit towards the light, through the same
+//! shell.
 
 use crate::arithmetic::{div, max, normalize_or, sqrt};
-use crate::layout::{Object, TIER_FAST};
-use crate::march::{END_MISS, Effort, march};
+use crate::layout::Object;
+use crate::march::{END_MISS, Limits, march};
 use crate::normals::CLASS_CAP;
 use crate::path::Path;
 use crate::profile::Profile;
@@ -11,8 +11,8 @@ use crate::shape_map::{ShapeMap, Texels};
 use crate::surface::Surface;
 use crate::{Real, Vec2, Vec3};
 
-/// How far a shadow ray starts from the surface, texels: beyond the error of
-/// the hit and the stairs of the pattern's outline.
+/// Distance of a shadow ray's start from the surface, texels: more than the error of the
+/// hit and the staircase of the pattern's outline.
 pub const CLEARANCE: Real = 1.5;
 
 /// A ray from a point inside the shell towards the light.
@@ -49,7 +49,7 @@ impl Path for LightPath {
 
     #[inline]
     fn depth_rate(&self) -> Real {
-        // It rises all the way: the pattern only gets thinner.
+        // The ray rises: the pattern only gets thinner.
         0.0
     }
 
@@ -69,7 +69,7 @@ impl Path for LightPath {
     }
 }
 
-/// A point of the carved surface, as [`lit`] wants it.
+/// A point of the carved surface.
 #[derive(Clone, Copy)]
 pub struct ShadowPoint {
     /// Surface class.
@@ -84,14 +84,15 @@ pub struct ShadowPoint {
     pub surface_normal: Vec3,
 }
 
-/// Whether the light in direction `to_light` reaches `point`, as far as the
-/// columns around it are concerned.
+/// Returns whether the columns around `point` let the light in direction `to_light`
+/// reach it; the smooth surface is a quadric if `is_curved`.
 #[inline]
 pub fn lit<T: Texels + ?Sized>(
     object: &Object,
     map: &ShapeMap,
     texels: &T,
     surface: &Surface,
+    is_curved: bool,
     point: &ShadowPoint,
     to_light: Vec3,
 ) -> bool {
@@ -106,12 +107,12 @@ pub fn lit<T: Texels + ?Sized>(
     let x = to_light.dot(surface.tangent);
     let y = to_light.dot(surface.bitangent);
     let quadric = surface.quadric;
-    let bend = if object.tier == TIER_FAST {
+    let bend = if is_curved {
         quadric.x * x * x + quadric.y * x * y + quadric.z * y * y
     } else {
         0.0
     };
-    // Off the wall, along the part of its normal that lies in the map.
+    // Start beside the wall, along the part of its normal that lies in the map.
     let sideways = normalize_or(
         point.normal - point.surface_normal * point.normal.dot(point.surface_normal),
         Vec3::ZERO,
@@ -128,7 +129,7 @@ pub fn lit<T: Texels + ?Sized>(
         Vec2::ZERO
     };
     let height = point.depth_fraction * object.depth;
-    // A valley that bends up faster than the ray shades it.
+    // A valley that bends up faster than the ray shadows it.
     let radicand = slope * slope + 4.0 * bend * height;
     if radicand < 0.0 {
         return false;
@@ -150,7 +151,7 @@ pub fn lit<T: Texels + ?Sized>(
         &Profile::new(object),
         map,
         texels,
-        &Effort {
+        &Limits {
             linear_steps: object.linear_steps,
             binary_steps: 0,
             slack: 0.0,

@@ -1,4 +1,4 @@
-//! The smooth surface at a point of a facet: what the corners say, interpolated.
+//! The smooth surface at a point of a facet, interpolated from the corners.
 
 use crate::arithmetic::{div, normalize_or};
 use crate::contract::SMALLEST_PRODUCT;
@@ -24,20 +24,20 @@ pub struct Surface {
     /// ∇v in the plane orthogonal to N, repeats per object unit.
     pub gradient_v: Vec3,
     /// Half the second derivative of the texture coordinates on the surface along
-    /// the ray, see [`uv_bend`]; 0 where that is not asked for.
+    /// the ray, see [`uv_bend`]; 0 in models that do not use it.
     pub uv_bend: Vec2,
     /// δ0: how far the facet lies below the smooth surface here, object units.
     pub facet_depth: Real,
 }
 
-/// The surface of `triangle` where `hit` lies.
+/// Returns the surface of `triangle` at `hit`.
 #[inline]
 pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
     let [a, b, c] = &triangle.corners;
     let (wa, wb, wc) = (hit.weights.x, hit.weights.y, hit.weights.z);
     let (na, nb, nc) = (vec3(a.normal), vec3(b.normal), vec3(c.normal));
     let sum_of_normals = na * wa + nb * wb + nc * wc;
-    // Normals that cancel say nothing: then it is the facet's.
+    // Normals that cancel have no direction: the facet's is used.
     let has_direction = sum_of_normals.dot(sum_of_normals) > 1e-30;
     let raw_normal = if has_direction {
         sum_of_normals
@@ -74,10 +74,9 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
     }
 }
 
-/// Half the second derivative of the texture coordinates on the surface of
-/// `triangle`, where its unit normal is `normal`, along the part of `direction`
-/// that runs in it, repeats per square object unit: ∇u and ∇v are not the same
-/// at the three corners.
+/// Returns half the second derivative of the texture coordinates along the part of
+/// `direction` in the surface of `triangle` with unit normal `normal`, repeats per square
+/// object unit. It is not 0 since ∇u and ∇v differ between the corners.
 #[inline]
 pub fn uv_bend(triangle: &Triangle, normal: Vec3, direction: Vec3) -> Vec2 {
     let [a, b, c] = &triangle.corners;
@@ -86,14 +85,14 @@ pub fn uv_bend(triangle: &Triangle, normal: Vec3, direction: Vec3) -> Vec2 {
     let along = direction - normal * normal.dot(direction);
     let facet_normal = second.cross(third);
     let squared = facet_normal.dot(facet_normal);
-    // Too small a triangle is one of constant gradients: its square would not be
-    // a normal number.
+    // A triangle too small for its square to be a normal number counts as one with
+    // constant gradients.
     let scale = if squared > SMALLEST_PRODUCT {
         div(0.5, squared)
     } else {
         0.0
     };
-    // How the weights of the second and of the third corner change.
+    // Change of the weights of the second and of the third corner.
     let by_second = scale * facet_normal.dot(along.cross(third));
     let by_third = scale * facet_normal.dot(second.cross(along));
     let change = |a: [Real; 3], b: [Real; 3], c: [Real; 3]| {
@@ -106,7 +105,7 @@ pub fn uv_bend(triangle: &Triangle, normal: Vec3, direction: Vec3) -> Vec2 {
     )
 }
 
-/// A unit vector orthogonal to the unit vector `n`.
+/// Returns a unit vector orthogonal to the unit vector `n`.
 #[inline]
 fn any_perpendicular(n: Vec3) -> Vec3 {
     let axis = if n.x * n.x < 0.5 { Vec3::X } else { Vec3::Y };

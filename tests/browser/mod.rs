@@ -1,4 +1,4 @@
-//! A static server, a headless Chromium on it, and a person's hands.
+//! A static server, a headless Chromium, and simulated user input.
 
 use headless_chrome::protocol::cdp::Browser::{
     SetDownloadBehavior, SetDownloadBehaviorBehaviorOption,
@@ -17,13 +17,13 @@ use std::process::Command;
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// How long anything may take: software drivers on two cores beside other work.
+/// Timeout of any step: software drivers on two busy cores.
 const PATIENCE: Duration = Duration::from_secs(120);
 
-/// How many bytes of WebAssembly a person may have to wait for.
+/// Largest download of WebAssembly, bytes.
 const LARGEST: u64 = 6_000_000;
 
-/// Builds the page, once; none where its tools are missing and need not be there.
+/// Builds the page, once; none if its tools are missing and not required.
 pub fn built() -> Option<PathBuf> {
     static BUILT: OnceLock<Result<PathBuf, String>> = OnceLock::new();
     let built = BUILT.get_or_init(|| {
@@ -119,27 +119,27 @@ fn answer(mut stream: TcpStream, folder: &Path) -> std::io::Result<()> {
     stream.write_all(&body)
 }
 
-/// A browser takes a whole machine: one at a time.
+/// A browser uses the whole machine: one at a time.
 static TURN: Mutex<()> = Mutex::new(());
 
-/// The page in a browser of its own.
+/// The page in its own browser.
 pub struct Page {
     tab: Arc<Tab>,
     downloads: tempfile::TempDir,
     has_passed: bool,
-    // Closed last, and then the next may begin.
+    // Closed last, so that the next may start.
     _browser: Browser,
     _turn: MutexGuard<'static, ()>,
 }
 
 impl Page {
-    /// Opens the page in `folder`, with this after its address.
+    /// Opens the page in `folder`, with this query string.
     pub fn open(folder: &Path, query: &str) -> Page {
-        // A test that failed has left nothing behind.
+        // A failed test has left no lock.
         let turn = TURN.lock().unwrap_or_else(PoisonError::into_inner);
         let address = serve(folder);
-        // A software adapter, and a page that is put together on it as well:
-        // without the last three nothing of WebGPU reaches the page.
+        // A software adapter and compositor: without the last three flags
+        // WebGPU output does not reach the page.
         let arguments = [
             "--enable-unsafe-webgpu",
             "--use-webgpu-adapter=swiftshader",
@@ -180,13 +180,13 @@ impl Page {
         }
     }
 
-    /// Runs JavaScript, and gives what it ends with.
+    /// Runs JavaScript and returns its value.
     pub fn run(&self, script: &str) -> Value {
         let done = self.tab.evaluate(script, false).expect("the script runs");
         done.value.unwrap_or(Value::Null)
     }
 
-    /// What the page tells.
+    /// Returns the page's probe.
     pub fn probe(&self) -> Value {
         let told = self
             .run("JSON.stringify({ ...window.relievo?.probe(), error: window.relievo?.error })");
@@ -195,7 +195,7 @@ impl Page {
         told
     }
 
-    /// Waits until what is told is as expected.
+    /// Waits until the probe is as expected.
     pub fn wait(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         let start = Instant::now();
         loop {
@@ -211,9 +211,9 @@ impl Page {
         }
     }
 
-    /// Waits until the picture shows what the controls say.
+    /// Waits until the picture is up to date.
     pub fn settle(&self) -> Value {
-        // What was done a moment ago must have arrived.
+        // Earlier input must have arrived.
         std::thread::sleep(Duration::from_millis(400));
         self.wait("the picture", |told| {
             told["settled"] == true && told["first_picture_ms"].is_number()
@@ -272,8 +272,8 @@ impl Page {
         self.pass();
     }
 
-    /// Waits until the page has seen what was done: it draws itself once between
-    /// two frames of the browser.
+    /// Waits until the page has processed input: it draws once between two
+    /// frames of the browser.
     fn pass(&self) {
         let script =
             "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))";
@@ -294,7 +294,7 @@ impl Page {
         self.mouse(MouseReleased, end, false);
     }
 
-    /// Clicks on a control: what is held for 0.8 s is no click.
+    /// Clicks on a control; a press of 0.8 s is no click.
     pub fn click(&self, label: &str) {
         use DispatchMouseEventTypeOption::{MouseMoved, MousePressed, MouseReleased};
         let place = self.at(label, [10.0, 10.0]);
@@ -319,7 +319,7 @@ impl Page {
         ));
     }
 
-    /// The bytes of a file that was downloaded, once it is there.
+    /// Returns a downloaded file once it is complete.
     pub fn downloaded(&self, name: &str) -> Vec<u8> {
         let path = self.downloads.path().join(name);
         let start = Instant::now();
@@ -331,7 +331,7 @@ impl Page {
             );
             std::thread::sleep(Duration::from_millis(50));
         }
-        // It gets its name when it is whole. The next may have the same.
+        // It gets its name when complete. The next may have the same.
         let bytes = std::fs::read(&path).unwrap();
         std::fs::remove_file(path).unwrap();
         bytes
@@ -343,13 +343,13 @@ impl Page {
             .expect("a screenshot")
     }
 
-    /// What is on the page, on the left, where the picture is.
+    /// Screenshot of the left part of the page, where the picture is.
     pub fn look(&self) -> image::RgbImage {
         let screen = image::load_from_memory(&self.screen()).unwrap().into_rgb8();
         image::imageops::crop_imm(&screen, 0, 40, 600, screen.height() - 140).to_image()
     }
 
-    /// Nothing went wrong: no screenshot is kept.
+    /// Keeps no screenshot, because the test passed.
     pub fn passed(mut self) {
         self.has_passed = true;
     }
@@ -360,7 +360,7 @@ impl Drop for Page {
         if !self.has_passed {
             let folder = Path::new(env!("CARGO_TARGET_TMPDIR"));
             let path = folder.join(format!("page-{}.png", std::process::id()));
-            // Nothing of WebGPU is on a screenshot: what the page tells is kept too.
+            // Screenshots omit WebGPU, so the probe is kept as well.
             let script = "JSON.stringify(window.relievo?.probe(), null, 1)";
             if let Ok(told) = self.tab.evaluate(script, false)
                 && let Some(told) = told.value.as_ref().and_then(Value::as_str)

@@ -1,9 +1,9 @@
-//! `bindings.rs` of every kind of surface: compiled here as it was exported, and
-//! read by it what the buffers hold. Run with `RELIEVO_UPDATE_GOLDEN=1` to accept
-//! what is exported now.
+//! `bindings.rs` of every kind of surface, compiled as exported and used to
+//! read the buffers. Run with `RELIEVO_UPDATE_GOLDEN=1` to accept the current
+//! exports.
 
-use crate::cases::{file, prepared};
-use crate::in_wgsl;
+use super::cases::{file, prepared};
+use super::in_wgsl;
 use relievo::scene::Tier;
 use relievo_shared::layout;
 use relievo_tests::root;
@@ -16,7 +16,7 @@ mod planar;
 #[path = "bindings/prisms.rs"]
 mod prisms;
 
-/// That a struct of `bindings.rs` has the bytes of ours.
+/// Asserts that a struct of `bindings.rs` has the bytes of ours.
 fn same<Theirs: bytemuck::Pod, Ours: bytemuck::Pod>() {
     assert_eq!(
         (size_of::<Theirs>(), align_of::<Theirs>()),
@@ -30,7 +30,7 @@ fn same<Theirs: bytemuck::Pod, Ours: bytemuck::Pod>() {
 fn bindings_of_every_kind_compile_and_read_the_buffers() {
     same::<curved::Triangle, layout::Triangle>();
     same::<planar::PlanarTriangle, layout::PlanarTriangle>();
-    same::<prisms::Shell, layout::Shell>();
+    same::<prisms::PrismData, layout::PrismData>();
     for (tier, path) in [
         (Tier::Fast, "host/examples/plain-wgpu/src/bindings.rs"),
         (Tier::Planar, "tests/export/bindings/planar.rs"),
@@ -60,7 +60,7 @@ fn bindings_of_every_kind_compile_and_read_the_buffers() {
                 .iter()
                 .map(|triangle| triangle.corners[0].position)
                 .collect(),
-            _ => bytemuck::pod_collect_to_vec::<u8, prisms::Shell>(facets)
+            _ => bytemuck::pod_collect_to_vec::<u8, prisms::PrismData>(facets)
                 .iter()
                 .map(|shell| shell.anchor)
                 .collect(),

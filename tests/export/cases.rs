@@ -1,4 +1,4 @@
-//! Scenes that need every shader that there is.
+//! Scenes that cover every shader.
 
 use relievo::export::{ExportedFile, Options, Output, Target, export};
 use relievo::prepare::{PreparedScene, prepare};
@@ -18,7 +18,7 @@ pub struct Case {
 
 type Change = fn(&mut SceneObject);
 
-/// For each fragment shader without shadows a scene that it draws.
+/// A scene for each fragment shader without shadows.
 const SEARCHES: [(&str, &str, Change); 8] = [
     ("planar", "torus_planar.toml", |object| {
         object.extrusion.bevel = 0.0;
@@ -43,7 +43,7 @@ const SEARCHES: [(&str, &str, Change); 8] = [
     ("prisms", "torus_accurate.toml", |_| ()),
 ];
 
-/// A scene of `assets/scenes`, changed, small.
+/// A modified, small scene of `assets/scenes`.
 pub fn prepared(file: &str, change: impl Fn(&mut SceneObject)) -> PreparedScene {
     let mut scene = Scene::load(&asset("scenes").join(file)).unwrap();
     scene.size = [160, 120];
@@ -51,7 +51,7 @@ pub fn prepared(file: &str, change: impl Fn(&mut SceneObject)) -> PreparedScene 
     prepare(&scene, &|_| ()).unwrap()
 }
 
-/// One for each fragment shader, and whole scenes.
+/// One scene for each fragment shader, and whole scenes.
 pub fn cases() -> Vec<Case> {
     let mut cases = Vec::new();
     for (shader, file, change) in SEARCHES {
@@ -88,7 +88,7 @@ fn every_shader_is_in_a_case() {
     assert_eq!(there, known.into_iter().flatten().collect());
 }
 
-/// The files of each object of a scene, in one language.
+/// Exports each object of a scene in one language.
 pub fn exported(scene: &PreparedScene, target: Target, output: Output) -> Vec<Vec<ExportedFile>> {
     let options = Options {
         targets: vec![target],
@@ -128,26 +128,26 @@ pub fn file<'a>(files: &'a [ExportedFile], name: &str) -> &'a [u8] {
         .bytes
 }
 
-/// How far pictures are from ours.
+/// Differences from our pictures.
 #[derive(Debug, Default)]
 pub struct Difference {
-    /// Pixels in which another kind of surface, or nothing, is seen.
+    /// Pixels with another class.
     pub classes: usize,
     /// Pixels of the same class with another colour.
     pub colors: usize,
-    /// The largest difference of a channel in those, linear.
+    /// Largest difference of a channel in those, linear.
     pub largest: f32,
 }
 
-/// The largest difference of a channel that was measured, rounded up, on Mesa's
-/// software drivers (docs/export.md).
+/// Largest measured difference of a channel, rounded up, on Mesa's software
+/// drivers (docs/export.md).
 const LARGEST: f32 = 2.6e-6;
-/// What is asked of a GPU, on which nothing was measured yet.
+/// Bound for GPUs, which have not been measured yet.
 const LARGEST_ON_A_GPU: f32 = 1e-3;
 const CLASSES_ON_A_GPU: usize = 20;
 
 impl Difference {
-    /// Says it, and fails where it is more than it may be.
+    /// Prints the differences, and fails if they are too large.
     pub fn check(&self, case: &Case, is_software: bool) {
         eprintln!("{}: {self:?}", case.name);
         let (classes, largest) = if is_software {
@@ -159,7 +159,7 @@ impl Difference {
         assert!(is_small, "{}: {self:?}", case.name);
     }
 
-    /// That of a picture of colours (r, g, b, 1) and of one of words.
+    /// Compares a picture of colours (r, g, b, 1) with one of words.
     pub fn of(scene: &PreparedScene, colors: &[[u32; 4]], words: &[[u32; 4]]) -> Difference {
         let ours: ColorWords = CpuRenderer::new(scene).color(&scene.frame).unwrap();
         assert_eq!(ours.words.len(), colors.len());

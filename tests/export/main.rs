@@ -1,23 +1,21 @@
-//! What `relievo export` writes: read back, checked by the tools of each
-//! language, and drawn in programs that are not ours.
+//! Output of `relievo export`: read back, checked by the tools of each
+//! language, and drawn by other programs.
 
 mod bindings;
 mod cases;
 #[allow(dead_code, reason = "its other users need the rest")]
-#[path = "../desk.rs"]
-mod desk;
 mod opengl;
 mod tools;
 mod webgpu;
 
+use crate::desk::{Desk, Outcome};
 use cases::{file, prepared};
-use desk::{Desk, Outcome};
 use gltf::Semantic;
 use relievo::export::{Options, Target, export};
 use relievo::prepare::PreparedScene;
 use relievo::scene::Tier;
 use relievo::shape_map::{DEFAULT_MAX_PIXELS, ShapeMap, Storage};
-use relievo_shared::layout::{Frame, Object, PlanarTriangle, Shell, Triangle};
+use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
 use relievo_tests::{asset, library_example, plain_wgpu, root};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
@@ -35,7 +33,7 @@ fn in_wgsl(scene: &PreparedScene) -> Vec<relievo::export::ExportedFile> {
 
 /// The attributes of the mesh, by name, flat.
 fn attributes(glb: &[u8]) -> BTreeMap<String, Vec<f32>> {
-    // Read with all checks of the crate.
+    // Read with all checks of the gltf crate.
     let gltf::Gltf { document, blob } = gltf::Gltf::from_slice(glb).unwrap();
     let blob = blob.unwrap();
     let mesh = document.meshes().next().unwrap();
@@ -115,7 +113,7 @@ fn the_shape_map_is_read_back_in_every_form() {
     }
 }
 
-/// `layout.json` says what the bytes are, and names every file.
+/// `layout.json` describes the bytes and names every file.
 #[test]
 fn the_layout_describes_the_files() {
     type Change = fn(&mut relievo::scene::SceneObject);
@@ -130,8 +128,8 @@ fn the_layout_describes_the_files() {
         (
             "torus.toml",
             |object| object.tier = Tier::Accurate,
-            "Shell",
-            size_of::<Shell>(),
+            "PrismData",
+            size_of::<PrismData>(),
         ),
     ];
     for (scene_file, change, facet, facet_bytes) in kinds {
@@ -174,7 +172,7 @@ fn the_layout_describes_the_files() {
             let text = String::from_utf8_lossy(bytes);
             assert!(text.contains(name), "{shader}");
         }
-        // Every file is told of.
+        // Every file is listed.
         let readme = std::str::from_utf8(file(&files, "README.md")).unwrap();
         for file in files.iter().filter(|file| file.name != "README.md") {
             assert!(
@@ -183,7 +181,7 @@ fn the_layout_describes_the_files() {
                 file.name
             );
         }
-        // The Rust has the structs of the JSON, and is Rust.
+        // The Rust file has the structs of the JSON, and parses.
         let rust = std::str::from_utf8(file(&files, "bindings.rs")).unwrap();
         let rust = syn::parse_file(rust).unwrap();
         let in_rust: BTreeMap<String, usize> = rust
@@ -251,7 +249,7 @@ fn gpu_a_plain_wgpu_program_draws_the_export() {
         let differ = channels().filter(|(a, b)| a != b).count();
         let largest = channels().map(|(a, b)| a.abs_diff(*b)).max().unwrap();
         eprintln!("{scene}: {differ} of 57600 bytes differ, by at most {largest}");
-        // A byte is rounded by the device here, and by us there.
+        // Bytes are rounded by the device here, and by us there.
         assert!(
             largest <= 1,
             "{scene}: {differ} differ, by at most {largest}"
@@ -281,7 +279,8 @@ fn gpu_the_library_example_draws_with_both_renderers() {
     assert!(differ.map(|(a, b)| a.abs_diff(*b)).max().unwrap() <= 1);
 }
 
-/// A desk with a scene of two objects, one with a name that is no file's.
+/// A desk with a scene of two objects, one with a name that is not a valid file
+/// name.
 fn desk() -> Desk {
     let desk = Desk::new();
     fs::copy(asset("meshes/torus.obj"), desk.path("ring.obj")).unwrap();
@@ -340,7 +339,7 @@ fn objects_get_folders_of_their_own() {
         second.contains("vertex.hlsl") && second.len() == 12,
         "{second:?}"
     );
-    // What was there stays, but for what is written anew.
+    // Existing files remain unless they are overwritten.
     desk.write("second/notes.txt", "mine");
     desk.write("second/frame.bin", "old");
     desk.run("export two.toml -o second --object one --target spirv --write words")
@@ -404,7 +403,7 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_written() {
     ] {
         desk.fails(arguments, code, parts);
     }
-    // Nor is what was read overwritten.
+    // Inputs are not overwritten either.
     fs::create_dir(desk.path("scenes")).unwrap();
     let text = fs::read_to_string(desk.path("one.toml")).unwrap();
     fs::copy(desk.path("dots.png"), desk.path("scenes/shape_map.png")).unwrap();
@@ -419,7 +418,7 @@ fn what_cannot_be_exported_is_refused_and_nothing_is_written() {
     );
 }
 
-/// The smallest and the longest of what there is, as any other.
+/// The smallest and the longest scenes are exported like any other.
 #[test]
 fn one_triangle_with_one_texel_or_a_hundred_thousand_is_exported() {
     let desk = Desk::new();
@@ -447,14 +446,14 @@ fn one_triangle_with_one_texel_or_a_hundred_thousand_is_exported() {
     }
 }
 
-/// What cannot be written is named, and nothing is left.
+/// A file that cannot be written is named, and nothing is left.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_leaves_nothing_behind() {
     let desk = desk();
-    // No file may be longer than a kilobyte.
+    // Files are limited to a kilobyte.
     let limited = |arguments: &str| {
-        let program = relievo_tests::program();
+        let program = crate::program();
         let shell = format!(
             "ulimit -f 1; trap '' XFSZ; exec {} {arguments}",
             program.display()

@@ -1,19 +1,19 @@
-//! Exported GLSL, drawn with OpenGL 4.5 without a window, by way of EGL.
+//! Exported GLSL, drawn with OpenGL 4.5 offscreen, through EGL.
 
-use crate::cases::{Difference, cases, exported, file};
-use crate::tools::lacking;
+use super::cases::{Difference, cases, exported, file};
+use super::tools::lacking;
 use glow::HasContext;
 use khronos_egl as egl;
 use relievo::export::{ExportedFile, Output, Target};
 use relievo::prepare::PreparedScene;
 
-/// EGL's number of a platform without windows (EGL_MESA_platform_surfaceless).
+/// EGL's surfaceless platform (EGL_MESA_platform_surfaceless).
 const SURFACELESS: egl::Enum = 0x31dd;
 
 /// OpenGL, current on this thread.
 fn open() -> Result<glow::Context, String> {
     let explain = |error: &dyn std::fmt::Display| error.to_string();
-    // SAFETY: the system's EGL is what it says it is.
+    // SAFETY: the system's EGL library is trusted.
     let egl = unsafe { egl::DynamicInstance::<egl::EGL1_5>::load_required() }
         .map_err(|error| explain(&error))?;
     // SAFETY: this platform has no native display.
@@ -56,7 +56,8 @@ fn open() -> Result<glow::Context, String> {
     Ok(unsafe { glow::Context::from_loader_function(address) })
 }
 
-/// Draws `objects` and reads the target: four words a pixel, rows from the top.
+/// Draws `objects` and reads the target: four words per pixel, rows from the
+/// top.
 fn draw(
     gl: &glow::Context,
     scene: &PreparedScene,
@@ -65,8 +66,8 @@ fn draw(
 ) -> Vec<[u32; 4]> {
     let [width, height] = scene.size.map(|side| side as i32);
     let mut bytes = vec![0; 16 * (width * height) as usize];
-    // SAFETY: the context is current, what is made lives to the end of it, and
-    // the shaders keep within the buffers that are bound whole.
+    // SAFETY: the context is current, its objects live to the end of it, and
+    // the shaders stay within the buffers, which are bound whole.
     unsafe {
         let texture = |format| {
             let texture = gl.create_texture().unwrap();
@@ -142,7 +143,7 @@ fn draw(
         .collect()
 }
 
-/// Every shader, and several objects with one depth buffer, beside the CPU's
+/// Every shader, and several objects with one depth buffer, match the CPU's
 /// picture.
 #[test]
 fn glsl_draws_our_picture() {

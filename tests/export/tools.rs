@@ -1,14 +1,14 @@
 //! The tools that know the languages. Where one is not installed, its tests say
 //! so and do nothing; with RELIEVO_TOOLS=required that is a failure.
 
-use crate::cases::{cases, file};
+use super::cases::{cases, file};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use relievo::export::{ExportedFile, Options, Output, export};
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::Command;
 
-/// Says that something is not installed, or fails.
+/// Reports that a tool is not installed, or fails.
 #[track_caller]
 pub fn lacking(what: &str) {
     let required = std::env::var_os("RELIEVO_TOOLS").is_some_and(|value| value == "required");
@@ -16,7 +16,7 @@ pub fn lacking(what: &str) {
     eprintln!("NOT TESTED: {what} is not here; install it, or set RELIEVO_TOOLS=required to fail");
 }
 
-/// A program, and how it is asked about the files of a folder.
+/// A program, and its arguments for the files of a folder.
 struct Tool {
     program: &'static str,
     /// One run each.
@@ -76,7 +76,7 @@ const TOOLS: [Tool; 3] = [
 ];
 
 impl Tool {
-    /// Whether it is there; what it says against the files is a failure.
+    /// Returns whether it is installed; fails if it rejects the files.
     fn accepts(&self, folder: &Path, name: &str) -> bool {
         for arguments in self.runs {
             let run = Command::new(self.program)
@@ -100,7 +100,7 @@ impl Tool {
     }
 }
 
-/// naga reads its own WGSL, and finds nothing in it that WebGPU need not have.
+/// naga accepts its own WGSL with WebGPU's required features only.
 fn reads_wgsl(files: &[ExportedFile], name: &str) {
     for stage in ["vertex.wgsl", "fragment.wgsl"] {
         let text = std::str::from_utf8(file(files, stage)).unwrap();
@@ -145,7 +145,7 @@ fn the_tools_of_each_language_accept_every_shader() {
     }
 }
 
-/// The comparison would see a shader that is wrong.
+/// The tools reject a wrong shader.
 #[test]
 fn the_tools_refuse_what_is_wrong() {
     let folder = tempfile::tempdir().unwrap();

@@ -1,7 +1,7 @@
 //! Exported WGSL, SPIR-V and HLSL, drawn with wgpu.
 
-use crate::cases::{Difference, cases, exported, file};
-use crate::tools::lacking;
+use super::cases::{Difference, cases, exported, file};
+use super::tools::lacking;
 use relievo::export::{ExportedFile, Output, Target};
 use relievo::prepare::PreparedScene;
 use relievo_bitwise::{Device, Module, wgpu};
@@ -11,7 +11,7 @@ use std::process::Command;
 /// The vertex and the fragment shader of an object's files.
 type Load<'a> = &'a dyn Fn(&Device, &[ExportedFile]) -> [wgpu::ShaderModule; 2];
 
-/// WGSL as it is.
+/// WGSL, unchanged.
 fn wgsl(device: &Device, files: &[ExportedFile]) -> [wgpu::ShaderModule; 2] {
     ["vertex.wgsl", "fragment.wgsl"].map(|name| {
         let text = String::from_utf8(file(files, name).to_vec()).unwrap();
@@ -22,11 +22,11 @@ fn wgsl(device: &Device, files: &[ExportedFile]) -> [wgpu::ShaderModule; 2] {
     })
 }
 
-/// SPIR-V, untouched.
+/// SPIR-V, unchanged.
 fn spirv(device: &Device, files: &[ExportedFile]) -> [wgpu::ShaderModule; 2] {
     let all = ["vertex.spv", "fragment.spv"].map(|name| file(files, name));
-    // SAFETY: spirv-val has nothing against them (tools.rs), and they are those
-    // of our renderer but for the form of what they write.
+    // SAFETY: spirv-val accepts them (tools.rs), and they are our renderer's
+    // except for their outputs.
     let module = unsafe { Module::untouched(&all) }.unwrap();
     ["vs_main", "fs_main"].map(|name| module.load(device, name).unwrap())
 }
@@ -53,14 +53,15 @@ fn hlsl(device: &Device, files: &[ExportedFile]) -> [wgpu::ShaderModule; 2] {
             String::from_utf8_lossy(&run.stdout)
         );
         let bytes = std::fs::read(&compiled).unwrap();
-        // Through naga once more: untouched, lavapipe draws this compiler's
-        // SPIR-V of the accurate tier in other colours, naga's own not.
+        // Through naga again: unchanged, lavapipe draws this compiler's SPIR-V
+        // of the accurate tier in other colours, but not naga's.
         let module = Module::portable(&[&bytes]).unwrap();
         module.load(device, entry_point).unwrap()
     })
 }
 
-/// Draws `objects` and reads the target: four words a pixel, rows from the top.
+/// Draws `objects` and reads the target: four words per pixel, rows from the
+/// top.
 fn draw(
     device: &Device,
     scene: &PreparedScene,
@@ -243,7 +244,7 @@ fn draw(
         .unwrap()
 }
 
-/// Every shader, and several objects with one depth buffer, beside the CPU's
+/// Every shader, and several objects with one depth buffer, match the CPU's
 /// picture.
 #[test]
 fn gpu_exports_draw_our_picture() {

@@ -1,7 +1,7 @@
-//! A parameter that changes a little changes the picture a little, also where
-//! a formula goes over into another one.
+//! Small parameter changes cause small picture changes, also where a formula
+//! switches to another one.
 
-use crate::material::{Folder, ball, look, over};
+use super::material::{Folder, ball, look, over};
 use rayon::prelude::*;
 use relievo::prepare::prepare;
 use relievo::render::{ColorWords, CpuRenderer, Renderer};
@@ -9,24 +9,24 @@ use relievo::scene::{Scene, Tier};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_WALL};
 use std::path::Path;
 
-/// Share of the pixels in which another class may be met.
+/// Largest fraction of pixels with another class.
 const CLASSES: f64 = 4e-3;
-/// The largest change of a colour channel anywhere else, linear; at edges of
-/// texels the wall's normal turns.
+/// Largest change of a colour channel elsewhere, linear; wall normals turn at
+/// texel edges.
 const COLORS: f32 = 0.02;
-/// Share of the pixels that may change by more than that.
+/// Largest fraction of pixels with a larger change.
 const BRIGHTER: f64 = 4e-3;
 
 type Change = Box<dyn Fn(&mut Scene, f64) + Sync>;
 
-/// Name, and what a parameter's value makes of the scene.
+/// Name, range of the parameter, and the scene for a value.
 fn changes(folder: &Folder) -> Vec<(&'static str, [f64; 2], Change)> {
     let flat = folder.patch(8, |_, _| 0.0, |x, z| [x, z]);
     let object = |change: fn(&mut relievo::scene::SceneObject, f64)| -> Change {
         Box::new(move |scene, value| change(&mut scene.objects[0], value))
     };
     let bent = move |folder: &Path, value: f64| {
-        // The same patch, bent by `value`, as a file of its own.
+        // The same patch, bent by `value`, in its own file.
         let name = format!("bent{:+e}.obj", value);
         let path = folder.join(name);
         let text = std::fs::read_to_string(&flat).unwrap();
@@ -110,7 +110,7 @@ fn changes(folder: &Folder) -> Vec<(&'static str, [f64; 2], Change)> {
             [-1e-7, 1e-7],
             Box::new({
                 move |scene, x| {
-                    scene.objects[0].mesh = bent(&root, x);
+                    scene.objects[0].mesh = bent(&root, x).into();
                     look(scene, [0.3, 1.6, 1.9], [0.0; 3]);
                 }
             }),
@@ -124,11 +124,11 @@ fn tiered(mut scene: Scene, tier: Tier) -> Scene {
     scene
 }
 
-/// Nothing where the accurate tier says that it cannot draw the scene.
+/// `None` if the accurate tier cannot draw the scene.
 fn picture(change: &Change, tier: Tier, value: f64) -> Option<ColorWords> {
     let mut scene = tiered(ball(), tier);
     scene.size = [160, 120];
-    // A bevel has its colour however small it is: that is no change of shape.
+    // A bevel has its colour at any size; that is no change of shape.
     let material = &mut scene.objects[0].material;
     material.bevel = material.wall;
     change(&mut scene, value);
@@ -141,7 +141,7 @@ fn picture(change: &Change, tier: Tier, value: f64) -> Option<ColorWords> {
     Some(CpuRenderer::new(&scene).color(&scene.frame).unwrap())
 }
 
-/// The class, bevels being walls.
+/// Returns the class, with bevels as walls.
 fn class(pixel: &[u32; 4]) -> u32 {
     if pixel[3] == CLASS_BEVEL {
         CLASS_WALL
@@ -150,8 +150,8 @@ fn class(pixel: &[u32; 4]) -> u32 {
     }
 }
 
-/// Shares of the pixels with another class, and with the same class but another
-/// colour.
+/// Fractions of the pixels with another class, and with the same class but
+/// another colour.
 fn differences(a: &ColorWords, b: &ColorWords) -> [f64; 2] {
     let mut counts = [0; 2];
     for (a, b) in a.words.iter().zip(&b.words) {
@@ -199,7 +199,7 @@ fn a_small_change_is_a_small_change() {
     assert!(large.is_empty(), "{large:#?}");
 }
 
-/// What is called small is: a change that can be seen is not.
+/// A visible change is detected.
 #[test]
 fn a_large_change_is_seen() {
     let change: Change = Box::new(|scene, x| scene.objects[0].depth = Some(x));

@@ -1,11 +1,11 @@
-//! Functions of the shared mathematics on any input of their domains.
+//! Functions of the shared mathematics on their whole domains.
 
 use proptest::prelude::*;
 use proptest::test_runner::Config;
 use relievo_shared::contract::LARGEST;
 use relievo_shared::layout::{Corner, Triangle};
 use relievo_shared::layout::{FORMAT_FLOAT, Object, TIER_FAST, TIER_PLANAR};
-use relievo_shared::march::{END_FLOOR, END_MISS, END_SIDE, Effort, TOLERANCE, march};
+use relievo_shared::march::{END_FLOOR, END_MISS, END_SIDE, Limits, TOLERANCE, march};
 use relievo_shared::path::{Path, QuadraticPath, test_surface};
 use relievo_shared::profile::Profile;
 use relievo_shared::shape_map::ShapeMap;
@@ -30,7 +30,7 @@ fn number(low: i32, high: i32) -> impl Strategy<Value = f32> {
     prop_oneof![1 => Just(0.0_f32), 8 => signed]
 }
 
-/// Directions that go down by V_z: from 1 through 1e-30 to 0 and up.
+/// Directions with V_z from 1 through 1e-30 to 0 and up.
 fn direction() -> impl Strategy<Value = Vec3> {
     let v_z = prop_oneof![number(-100, 0), Just(1.0_f32), Just(-1.0), Just(1e-30)];
     (v_z, 0.0..std::f64::consts::TAU).prop_map(|(v_z, angle)| {
@@ -40,7 +40,7 @@ fn direction() -> impl Strategy<Value = Vec3> {
     })
 }
 
-/// Curvatures from 0 through 1e-30 to 1e6, signs mixed, now and then the cross
+/// Curvatures from 0 through 1e-30 to 1e6, mixed signs, sometimes the cross
 /// term alone.
 fn quadric() -> impl Strategy<Value = [f32; 3]> {
     prop_oneof![
@@ -78,7 +78,7 @@ fn map() -> impl Strategy<Value = Map> {
             let (dx, dy) = (x.abs_diff(at % width), y.abs_diff(at / width));
             let (dx, dy) = (dx.min(width - dx), dy.min(height - dy));
             match kind {
-                // All pattern, and all floor.
+                // All pattern or all floor.
                 0 => -40.0,
                 1 => 40.0,
                 // One texel of pattern, and one of floor.
@@ -109,7 +109,7 @@ fn object(map: &Map, depth: f32, extension: f32, bevel: f32, chamfer: f32) -> Ob
     }
 }
 
-/// A number that other functions may be given.
+/// Whether a number is a valid input of other functions.
 fn is_kept(x: f32) -> bool {
     x.is_finite() && x.abs() <= LARGEST
 }
@@ -123,14 +123,14 @@ proptest! {
             prop_assert!(arithmetic::div(a, b).is_finite(), "{a:e} / {b:e}");
             prop_assert!(arithmetic::sqrt(a).is_finite());
         }
-        // Also of what is no number.
+        // Also for NaN.
         prop_assert!(arithmetic::floor(a).is_finite());
         let limited = arithmetic::clamp(a, -1.0, 1.0);
         prop_assert!((-1.0..=1.0).contains(&limited), "{a:e}");
     }
 
-    /// Whatever the surface and the ray are: a path is numbers, it begins and
-    /// ends, and on it depth is a fraction.
+    /// For any surface and ray, a path is finite, has a start and an end, and
+    /// its depth is a fraction.
     #[test]
     fn paths_are_numbers(
         quadric in quadric(),
@@ -156,13 +156,13 @@ proptest! {
                     "{fraction} at {share} of {path:?}"
                 );
                 prop_assert!(path.uv(s).is_finite(), "{path:?}");
-                let normal = path.surface_normal(&surface, direction, s, tier);
+                let normal = path.surface_normal(&surface, direction, s);
                 prop_assert!((normal.length() - 1.0).abs() < 1e-5, "{normal} on {path:?}");
             }
         }
     }
 
-    /// Searches end, within their steps, where the solid is or where the path ends.
+    /// Searches end within their steps, at the solid or at the end of the path.
     #[test]
     fn searches_end_where_something_is(
         map in map(),
@@ -178,13 +178,13 @@ proptest! {
         let mut surface = test_surface(quadric, 0.0);
         surface.uv = Vec2::from(uv);
         let path = QuadraticPath::new(&surface, direction, 1.0, depth, TIER_FAST);
-        // What ends before the eye is nobody's hit.
+        // A path that ends before the eye has no hit.
         if !path.enters || path.start() > path.end() {
             return Ok(());
         }
         let profile = Profile::new(&object);
         let shape_map = ShapeMap::new(&object);
-        let effort = Effort {
+        let effort = Limits {
             linear_steps: object.linear_steps,
             binary_steps: object.binary_steps,
             slack: 0.0,
@@ -198,8 +198,8 @@ proptest! {
         if found.end == END_SIDE && found.steps < object.linear_steps {
             let distance = shape_map.distance(&map.words[..], found.uv);
             let gap = distance - profile.radius(found.depth_fraction);
-            // A texture coordinate of a million is known to a sixteenth only, but
-            // it is the same in the search and here.
+            // A texture coordinate of a million has a resolution of a
+            // sixteenth, equally in the search and here.
             prop_assert!(gap <= TOLERANCE + 1e-5 * map.size[0].max(map.size[1]) as f32, "{gap} {found:?}");
         }
         if found.end == END_MISS || found.end == END_FLOOR {
@@ -207,7 +207,8 @@ proptest! {
         }
     }
 
-    /// Triangles of any shape and size, also without area, meet rays at numbers.
+    /// Rays hit triangles of any shape and size, also without area, at finite
+    /// parameters.
     #[test]
     fn facets_are_met_at_numbers(
         corners in prop::array::uniform3([number(-30, 20), number(-30, 20), number(-30, 20)]),

@@ -1,4 +1,4 @@
-//! The extremes: what a scene may say at its limits, and what a ray may do.
+//! Scenes and rays at the limits of their ranges.
 //!
 //! ```text
 //! functions   any input of the functions' domains, and their borders
@@ -8,7 +8,7 @@
 //! ```
 //!
 //! With the environment variable RELIEVO_LONG=1 there are more inputs, and maps
-//! as large as they may be.
+//! of the largest size.
 
 mod continuity;
 mod functions;

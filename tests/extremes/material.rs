@@ -1,4 +1,4 @@
-//! Meshes, patterns and scenes that nobody would draw.
+//! Unusual meshes, patterns and scenes.
 
 use glam::DVec3;
 use image::{GrayImage, Luma};
@@ -7,7 +7,7 @@ use relievo_tests::asset;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// A folder of files that are made for a test.
+/// A temporary folder of generated files.
 pub struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -19,7 +19,7 @@ impl Folder {
         self.0.path()
     }
 
-    /// A pattern of this size: where `is_pattern`, its pixels are black.
+    /// Writes a pattern of this size, black where `is_pattern`.
     pub fn pattern(&self, [width, height]: [u32; 2], is_pattern: fn(u32, u32) -> bool) -> PathBuf {
         let image = GrayImage::from_fn(width, height, |x, y| {
             Luma([if is_pattern(x, y) { 0 } else { 255 }])
@@ -30,8 +30,8 @@ impl Folder {
         path
     }
 
-    /// A mesh of these positions, texture coordinates and triangles (from 0;
-    /// a corner's texture coordinates have its number).
+    /// Writes a mesh of positions, texture coordinates and triangles (indices
+    /// from 0; a corner's texture coordinates have the same index).
     pub fn mesh(&self, corners: &[(DVec3, [f64; 2])], triangles: &[[usize; 3]]) -> PathBuf {
         let mut text = String::new();
         for (position, [u, v]) in corners {
@@ -47,8 +47,8 @@ impl Folder {
         path
     }
 
-    /// A patch of `cells` × `cells` squares over (−1…1)², bent to the height
-    /// y = `height`(x, z), whose texture coordinates are `uv`(x, z).
+    /// Writes a patch of `cells` × `cells` squares over (−1…1)², with height y
+    /// = `height`(x, z) and texture coordinates `uv`(x, z).
     pub fn patch(
         &self,
         cells: usize,
@@ -76,7 +76,7 @@ impl Folder {
     }
 }
 
-/// A bevelled and chamfered ball of radius 1, seen from outside.
+/// A beveled and chamfered ball of radius 1, seen from outside.
 pub fn ball() -> Scene {
     let text = "[image]\nsize = [48, 36]\n[camera]\neye = [0.4, 0.6, 2.6]\nfov = 50.0\n\
         [[object]]\nmesh = \"../meshes/sphere.obj\"\nshape = \"../patterns/discs.png\"\n\
@@ -85,10 +85,10 @@ pub fn ball() -> Scene {
     Scene::parse(text, &asset("scenes/extreme.toml")).unwrap()
 }
 
-/// The same over another mesh.
+/// The same with another mesh.
 pub fn over(mesh: &str) -> Scene {
     let mut scene = ball();
-    scene.objects[0].mesh = asset("meshes").join(mesh);
+    scene.objects[0].mesh = asset("meshes").join(mesh).into();
     scene
 }
 
@@ -98,7 +98,7 @@ pub fn look(scene: &mut Scene, eye: [f64; 3], target: [f64; 3]) {
     scene.camera = Some(Camera { eye, target, up });
 }
 
-/// Everything of a scene in units of 1 / `factor`.
+/// Scales a scene by `factor`.
 pub fn scale(scene: &mut Scene, factor: f64) {
     let longer = |v: [f64; 3]| v.map(|x| x * factor);
     if let Some(camera) = &mut scene.camera {

@@ -1,8 +1,8 @@
-//! Scenes at the limits of what a scene may say, in every tier: no number is no
-//! number, nothing is outside its range, what is met is there, and the exact
-//! shaders give the CPU's words.
+//! Scenes at the limits of their ranges, in every tier: no NaN, every value in
+//! its range, every hit on the surface, and the exact shaders match the CPU's
+//! words.
 
-use crate::material::{Folder, ball, look, over, scale};
+use super::material::{Folder, ball, look, over, scale};
 use glam::DVec3;
 use rayon::prelude::*;
 use relievo::mesh::Projection;
@@ -18,7 +18,7 @@ use relievo_shared::shape_map::ShapeMap;
 use relievo_shared::{Vec2, Vec3};
 use relievo_tests::{asset, every_adapter, is_long};
 
-/// Name, scene, and the least number of pixels in which something is met.
+/// Name, scene, and smallest number of pixels with a hit.
 type Extreme = (String, Scene, usize);
 
 /// Name, size, and which pixels are pattern.
@@ -45,7 +45,7 @@ fn extremes(folder: &Folder) -> Vec<Extreme> {
         });
         add(&format!("along a plane, {height} above it"), scene, 100);
     }
-    // Depths, from a scratch to more than the radius of curvature.
+    // Depths from a scratch to more than the radius of curvature.
     for depth in [1e-6, 1e-3, 0.4, 0.95, 1.0, 1.7, 30.0] {
         add(
             &format!("{depth} deep"),
@@ -79,7 +79,7 @@ fn extremes(folder: &Folder) -> Vec<Extreme> {
     add("1e5 from the origin", away(1e5), 300);
     add("1e8 from the origin", away(1e8), 300);
 
-    // The eye in odd places: the ball's poles are at y = ±1.
+    // The eye in unusual places: the ball's poles are at y = ±1.
     let from = |eye: [f64; 3], target: [f64; 3]| with(ball(), &|scene| look(scene, eye, target));
     add("eye on the cap", from([0.0, 0.0, 1.0], [1.0, 0.0, 1.0]), 0);
     add(
@@ -242,7 +242,7 @@ fn extremes(folder: &Folder) -> Vec<Extreme> {
     }));
     for (name, mesh) in meshes {
         let scene = with(ball(), &|scene| {
-            scene.objects[0].mesh = mesh.clone();
+            scene.objects[0].mesh = mesh.clone().into();
             look(scene, [0.5, 1.6, 1.6], [0.0, 0.0, 0.0]);
         });
         add(&format!("mesh: {name}"), scene, 100);
@@ -261,8 +261,8 @@ fn extremes(folder: &Folder) -> Vec<Extreme> {
     all
 }
 
-/// The scene in `tier`; `None` where the accurate tier says that the surface
-/// bends too much.
+/// Prepares the scene in `tier`; `None` if the surface bends too much for the
+/// accurate tier.
 fn prepared(scene: &Scene, tier: Tier) -> Option<PreparedScene> {
     let mut scene = scene.clone();
     for object in &mut scene.objects {
@@ -279,11 +279,11 @@ fn prepared(scene: &Scene, tier: Tier) -> Option<PreparedScene> {
     }
 }
 
-/// What must hold of every pixel; the number of those in which something is met.
+/// Checks every pixel; returns the number of hits.
 fn check(scene: &PreparedScene, picture: &GeometryWords) -> Result<usize, String> {
     let mut met = 0;
-    // Rounding of coordinates, in texels: as large as they are before their
-    // whole repeats are taken off.
+    // Rounding of coordinates, texels: relative to their size before whole
+    // repeats are subtracted.
     let corners = scene.objects[0].triangles.iter().flat_map(|t| t.corners);
     let largest = corners.fold(1.0, |largest: f32, corner| {
         largest.max(corner.uv[0].abs()).max(corner.uv[1].abs())
@@ -313,7 +313,7 @@ fn check(scene: &PreparedScene, picture: &GeometryWords) -> Result<usize, String
                 "pixel {index}: {place:?} {surface:?} class {class}"
             ));
         }
-        // Where the steps did not run out, a side is where the solid begins.
+        // Unless the steps ran out, a side is where the solid begins.
         let is_side = class == CLASS_WALL || class == CLASS_BEVEL;
         if is_side
             && picture.steps(index) < parameters.linear_steps
@@ -322,8 +322,8 @@ fn check(scene: &PreparedScene, picture: &GeometryWords) -> Result<usize, String
             let map = ShapeMap::new(parameters);
             let distance = map.distance(scene.objects[0].map.words(), Vec2::new(u, v));
             let radius = Profile::new(parameters).radius(depth_fraction);
-            // The accurate tier asks its pieces' place, which may be a tolerance
-            // away from the ray's.
+            // The accurate tier evaluates its pieces' position, which may be a
+            // tolerance away from the ray's.
             let tolerance = if scene.objects[0].has_prisms() {
                 2.0 * TOLERANCE
             } else {
@@ -373,7 +373,8 @@ fn gpu_and_cpu_agree_and_every_number_is_in_its_range() {
             let choice = Choice::These(Shaders::Exact);
             let mut gpu = match GpuRenderer::new(&scene, adapter, choice) {
                 Ok(gpu) => gpu,
-                // The largest map is more than some devices take, and they say so.
+                // The largest map exceeds some devices' limits, which they
+                // report.
                 Err(RenderError::Limit { needed, limit, .. }) if needed > 1 << 27 => {
                     assert!(needed > limit);
                     continue;
@@ -397,7 +398,7 @@ fn gpu_and_cpu_agree_and_every_number_is_in_its_range() {
     assert!(10 * count > 9 * cases.len(), "{count} of {}", cases.len());
 }
 
-/// The check sees what it is there for.
+/// The check detects each fault.
 #[test]
 fn wrong_numbers_are_seen() {
     let scene = prepared(&ball(), Tier::Fast).unwrap();

@@ -1,7 +1,7 @@
 //! A scene in other units: scaled by a power of two, every colour is the same
 //! bit for bit, and every distance is that power of two larger.
 
-use crate::material::{ball, over, scale};
+use super::material::{ball, over, scale};
 use relievo::prepare::prepare;
 use relievo::render::{CpuRenderer, GeometryWords, Renderer};
 use relievo::scene::{Scene, Tier};

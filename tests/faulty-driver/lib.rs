@@ -1,13 +1,12 @@
-//! A Vulkan driver that hands every call on to another one, and fails when it
-//! is told to: what a lost GPU, one without memory and one that hangs do can be
-//! seen on a machine with none of them.
+//! A Vulkan driver that forwards every call to another driver and fails on
+//! request. It simulates a lost GPU, one out of memory and one that hangs.
 //!
-//! Three environment variables tell it: `FAULTY_DRIVER_LIBRARY` is the file of
-//! the driver behind it, `FAULTY_DRIVER_FAULT` the fault (`lost`, `memory`,
-//! `refused` or `hang`; none without it), and `FAULTY_DRIVER_CALL` the number
-//! from 1 of the first call that fails, of those that can fail in this way;
-//! every later one fails as well. It calls itself a discrete GPU, so that a
-//! program that prefers those takes it.
+//! Three environment variables control it. `FAULTY_DRIVER_LIBRARY` is the file
+//! of the driver behind it. `FAULTY_DRIVER_FAULT` is the fault (`lost`,
+//! `memory`, `refused` or `hang`; none if unset). `FAULTY_DRIVER_CALL` is the
+//! number, from 1, of the first call to fail, counting the calls that can fail
+//! in this way; later ones fail as well. It reports a discrete GPU, so that
+//! programs that prefer those choose it.
 
 #![allow(non_snake_case, reason = "Vulkan's names")]
 
@@ -18,17 +17,17 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicBool, AtomicPtr, AtomicU64, Ordering};
 use std::thread;
 
-/// How a call may fail.
+/// Kinds of failure.
 const LOST: u32 = 1;
 const MEMORY: u32 = 2;
 /// Of shaders.
 const REFUSED: u32 = 4;
-/// Work is taken and never done.
+/// Work is accepted and never finishes.
 const HANG: u32 = 8;
-/// Waiting for all work, which has no end where the device hangs.
+/// Waiting for all work, which never ends if the device hangs.
 const IDLE: u32 = 16;
 
-/// The fault to make, and from which call on.
+/// The fault, and the first call that fails.
 static FAULT: LazyLock<(u32, u64)> = LazyLock::new(|| {
     let setting = |name: &str| std::env::var(name).unwrap_or_default();
     let fault = match setting("FAULTY_DRIVER_FAULT").as_str() {
@@ -43,13 +42,13 @@ static FAULT: LazyLock<(u32, u64)> = LazyLock::new(|| {
     (fault, call)
 });
 
-/// Calls so far that could have failed as wanted.
+/// Number of calls so far that can fail in this way.
 static CALLS: AtomicU64 = AtomicU64::new(0);
 
-/// Whether the device hangs: what it was given will never be done.
+/// Whether the device hangs: submitted work never finishes.
 static HANGS: AtomicBool = AtomicBool::new(false);
 
-/// The failure of a call that can fail in these ways, where it is to fail.
+/// Returns the failure of a call that can fail in these ways, if it must fail.
 fn failure(ways: u32) -> Option<vk::Result> {
     if ways & IDLE != 0 && HANGS.load(Ordering::SeqCst) {
         loop {
@@ -74,33 +73,33 @@ fn failure(ways: u32) -> Option<vk::Result> {
     })
 }
 
-/// Waits for the device behind: one that is lost works no more.
+/// Waits for the real device, because a lost one does no more work.
 fn stop() {
     let (device, wait) = (
         DEVICE.load(Ordering::SeqCst),
         vkDeviceWaitIdle::REAL.load(Ordering::SeqCst),
     );
     if device != 0 && !wait.is_null() {
-        // SAFETY: the driver gave it out under this name, for this device, and
-        // wgpu uses its queue under a lock.
+        // SAFETY: the driver returned it for this name and device, and wgpu
+        // uses its queue under a lock.
         let _ = unsafe { transmute::<*mut (), vkDeviceWaitIdle::Type>(wait)(device) };
     }
 }
 
-/// The device that was made last.
+/// The last device created.
 static DEVICE: AtomicU64 = AtomicU64::new(0);
 
 type Function = unsafe extern "system" fn();
 type GetProc = unsafe extern "system" fn(u64, *const c_char) -> Option<Function>;
 
-/// The driver behind this one.
+/// The real driver.
 static DRIVER: LazyLock<libloading::Library> = LazyLock::new(|| {
     let path = std::env::var_os("FAULTY_DRIVER_LIBRARY").expect("FAULTY_DRIVER_LIBRARY is set");
-    // SAFETY: it is a Vulkan driver, which the loader would load as well.
+    // SAFETY: it is a Vulkan driver, which the loader would load too.
     unsafe { libloading::Library::new(path) }.expect("FAULTY_DRIVER_LIBRARY is a library")
 });
 
-/// An exported function of the driver behind.
+/// Returns an exported function of the real driver.
 ///
 /// # Safety
 /// `T` must be its type.
@@ -110,11 +109,11 @@ unsafe fn exported<T: Copy>(name: &CStr) -> Option<T> {
         .map(|found| *found)
 }
 
-/// Calls that may fail, each with the ways in which it may, and what stands in
-/// for them: all of them return a `VkResult`.
+/// Calls that can fail, their failures, and the functions that replace them.
+/// All return a `VkResult`.
 macro_rules! failing {
     ($($ways:expr => $name:ident $(| $alias:literal)? ($($argument:ident: $type:ty),*);)*) => {
-        /// The function that stands in for the driver's `real` of this name.
+        /// Replaces the driver's function `real` of this name.
         fn stand_in(name: &CStr, real: Function) -> Function {
             match name.to_str() {
                 $(Ok(stringify!($name) $(| $alias)?) => {
@@ -133,7 +132,7 @@ macro_rules! failing {
                 if let Some(result) = failure($ways) {
                     return result;
                 }
-                // SAFETY: the driver gave it out under this name.
+                // SAFETY: the driver returned it for this name.
                 unsafe {
                     transmute::<*mut (), Type>(REAL.load(Ordering::SeqCst))($($argument),*)
                 }
@@ -142,7 +141,7 @@ macro_rules! failing {
     };
 }
 
-/// A handle, whether the API makes it a pointer or a number.
+/// A handle, which the API defines as a pointer or a number.
 type Handle = u64;
 type Pointer = *const c_void;
 
@@ -191,7 +190,7 @@ failing! {
         device: Handle, info: Pointer, timeout: u64);
 }
 
-/// Where the driver behind finds the functions of instances and of devices.
+/// Lookup functions of the real driver, for instances and devices.
 static INSTANCE_PROC: LazyLock<GetProc> = LazyLock::new(|| {
     // SAFETY: the loader's interface gives it this type.
     unsafe { exported(c"vk_icdGetInstanceProcAddr") }.expect("the library is a Vulkan driver")
@@ -209,7 +208,7 @@ pub unsafe extern "system" fn vk_icdNegotiateLoaderICDInterfaceVersion(
     type Negotiate = unsafe extern "system" fn(*mut u32) -> vk::Result;
     // SAFETY: the loader's interface gives it this type.
     match unsafe { exported::<Negotiate>(c"vk_icdNegotiateLoaderICDInterfaceVersion") } {
-        // SAFETY: handed on as it came.
+        // SAFETY: forwarded unchanged.
         Some(negotiate) => unsafe { negotiate(version) },
         None => vk::Result::ERROR_INCOMPATIBLE_DRIVER,
     }
@@ -224,7 +223,7 @@ pub unsafe extern "system" fn vk_icdGetInstanceProcAddr(
     instance: Handle,
     name: *const c_char,
 ) -> Option<Function> {
-    // SAFETY: handed on as they came, and the name is one.
+    // SAFETY: forwarded unchanged, and the name is valid.
     let (real, name) = unsafe { (INSTANCE_PROC(instance, name)?, CStr::from_ptr(name)) };
     Some(match name.to_bytes() {
         b"vkGetDeviceProcAddr" => {
@@ -257,7 +256,7 @@ pub unsafe extern "system" fn vk_icdGetPhysicalDeviceProcAddr(
 ) -> Option<Function> {
     // SAFETY: the loader's interface gives it this type.
     let get = unsafe { exported::<GetProc>(c"vk_icdGetPhysicalDeviceProcAddr") }?;
-    // SAFETY: handed on as they came.
+    // SAFETY: forwarded unchanged.
     unsafe {
         get(instance, name)?;
         vk_icdGetInstanceProcAddr(instance, name)
@@ -266,7 +265,7 @@ pub unsafe extern "system" fn vk_icdGetPhysicalDeviceProcAddr(
 
 unsafe extern "system" fn device_proc(device: Handle, name: *const c_char) -> Option<Function> {
     DEVICE.store(device, Ordering::SeqCst);
-    // SAFETY: the driver gave it out under this name, and the name is one.
+    // SAFETY: the driver returned it for this name, and the name is valid.
     unsafe {
         let get = transmute::<*mut (), GetProc>(DEVICE_PROC.load(Ordering::SeqCst));
         Some(stand_in(CStr::from_ptr(name), get(device, name)?))
@@ -279,7 +278,7 @@ static PROPERTIES: AtomicPtr<()> = AtomicPtr::new(std::ptr::null_mut());
 static PROPERTIES_2: AtomicPtr<()> = AtomicPtr::new(std::ptr::null_mut());
 
 unsafe extern "system" fn properties(device: Handle, out: *mut vk::PhysicalDeviceProperties) {
-    // SAFETY: the driver gave it out under this name, and fills what it is given.
+    // SAFETY: the driver returned it for this name, and fills the structure.
     unsafe {
         transmute::<*mut (), Properties>(PROPERTIES.load(Ordering::SeqCst))(device, out);
         (*out).device_type = vk::PhysicalDeviceType::DISCRETE_GPU;

@@ -1,7 +1,7 @@
-//! A display without a screen (Xvfb), the viewer on it, and a person's hands.
+//! A virtual display (Xvfb), the viewer, and simulated user input.
 
 use image::RgbImage;
-use relievo::viewer::probe::Probe as Told;
+use relievo_viewer::probe::Probe as Told;
 use std::io::{BufRead, BufReader};
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use x11rb::protocol::xproto::{self, ConnectionExt as _, ImageFormat};
 use x11rb::protocol::xtest::ConnectionExt as _;
 use x11rb::rust_connection::RustConnection;
 
-/// How long anything may take: debug builds, on two cores beside other work.
+/// Timeout of any step: debug builds on two busy cores.
 const PATIENCE: Duration = Duration::from_secs(90);
 
 /// A running Xvfb.
@@ -22,7 +22,7 @@ pub struct Display {
 }
 
 impl Display {
-    /// Starts one; none where it is not installed and need not be.
+    /// Starts one; none if it is not installed and not required.
     pub fn open() -> Option<Display> {
         let started = Command::new("Xvfb")
             .args([
@@ -65,7 +65,7 @@ impl Drop for Display {
     }
 }
 
-/// What the viewer tells.
+/// The viewer's probe.
 pub struct Probe(Told);
 
 impl Deref for Probe {
@@ -101,7 +101,7 @@ impl Probe {
     }
 }
 
-/// What is on a part of the screen.
+/// Pixels of a part of the screen.
 pub struct Look {
     /// Red, green and blue, rows from the top.
     pub pixels: RgbImage,
@@ -114,7 +114,7 @@ impl Look {
         bytes.iter().map(|&byte| f64::from(byte)).sum::<f64>() / bytes.len() as f64
     }
 
-    /// How many different colours there are.
+    /// Number of distinct colours.
     pub fn colors(&self) -> usize {
         let all: std::collections::BTreeSet<_> =
             self.pixels.pixels().map(|pixel| pixel.0).collect();
@@ -168,7 +168,7 @@ impl Window {
             .reply()
             .unwrap();
         window.origin = [f32::from(place.dst_x), f32::from(place.dst_y)];
-        // There is nobody else who gives windows the keyboard.
+        // There is no window manager to focus windows.
         window
             .connection
             .set_input_focus(xproto::InputFocus::PARENT, found, x11rb::CURRENT_TIME)
@@ -177,7 +177,7 @@ impl Window {
         window
     }
 
-    /// The window of a visible size, once it is mapped.
+    /// Returns the window once it is mapped with a visible size.
     fn find(&self) -> Option<xproto::Window> {
         let tree = self.connection.query_tree(self.root).ok()?.reply().ok()?;
         tree.children.into_iter().find(|&child| {
@@ -197,7 +197,7 @@ impl Window {
         })
     }
 
-    /// Waits until `ask` has an answer.
+    /// Waits until `ask` returns a value.
     fn wait<T>(&mut self, what: &str, mut ask: impl FnMut(&mut Window) -> Option<T>) -> T {
         let start = Instant::now();
         loop {
@@ -219,19 +219,19 @@ impl Window {
         ))
     }
 
-    /// What the viewer has told last.
+    /// Returns the viewer's last probe.
     pub fn probe(&self) -> Probe {
         self.read().expect("it has told something")
     }
 
-    /// Waits until what is told is as expected.
+    /// Waits until the probe is as expected.
     pub fn expect(&mut self, is_so: impl Fn(&Probe) -> bool) -> Probe {
         self.wait("what was expected", |window| window.read().filter(&is_so))
     }
 
-    /// Waits until the picture shows what the controls say.
+    /// Waits until the picture is up to date.
     pub fn settle(&mut self) -> Probe {
-        // What was done a moment ago must have arrived.
+        // Earlier input must have arrived.
         std::thread::sleep(Duration::from_millis(400));
         self.expect(|probe| probe.settled && probe.frame_ms > 0.0)
     }
@@ -275,7 +275,7 @@ impl Window {
         self.button(false);
     }
 
-    /// Turns the picture by many small pulls, and says how long they took.
+    /// Orbits the picture by many small drags; returns how long they took.
     pub fn turn(&mut self, label: &str, pulls: i16, pause: Duration) -> Duration {
         let [x, y] = self.at(label, [200.0, 200.0]);
         self.move_to([x, y]);
@@ -299,12 +299,12 @@ impl Window {
         std::thread::sleep(Duration::from_millis(200));
     }
 
-    /// Chooses something in a list.
+    /// Chooses an item of a list.
     pub fn choose(&mut self, label: &str, value: &str) {
         self.click(label);
         let item = format!("{label}: {value}");
         self.expect(|probe| probe.controls.iter().any(|control| control.label == item));
-        // The list opens with a movement.
+        // The list opens on pointer motion.
         std::thread::sleep(Duration::from_millis(300));
         self.click(&item);
     }
@@ -320,7 +320,7 @@ impl Window {
         }
     }
 
-    /// The code of a key on this display's keyboard.
+    /// Returns the code of a key on this display's keyboard.
     fn code(&self, key: &str) -> u8 {
         let symbol: u32 = match key {
             "Right" => 0xff53,
@@ -346,7 +346,7 @@ impl Window {
         first + rows.expect("the keyboard has that key") as u8
     }
 
-    /// What is on the screen where a control is.
+    /// Captures the screen where a control is.
     pub fn look(&self, label: &str) -> Look {
         let [left, top, right, bottom] = self.probe().rectangle(label);
         let [x, y] = self.at(label, [0.0; 2]);
@@ -363,7 +363,7 @@ impl Window {
             .unwrap()
             .reply()
             .unwrap();
-        // Blue, green, red, and a byte that means nothing.
+        // Blue, green, red, and an unused byte.
         let bytes = image
             .data
             .chunks_exact(4)
@@ -371,7 +371,7 @@ impl Window {
         RgbImage::from_raw(width.into(), height.into(), bytes.collect()).expect("24 bits a pixel")
     }
 
-    /// Nothing went wrong: no screenshot is kept.
+    /// Keeps no screenshot, because the test passed.
     pub fn passed(mut self) {
         self.has_passed = true;
     }

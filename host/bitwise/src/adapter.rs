@@ -1,16 +1,19 @@
-//! Finding an adapter: which there are, which one to take, and a device of it.
+//! Lists adapters, chooses one and opens a device.
+//!
+//! ```
+//! use relievo_bitwise::adapters;
+//!
+//! for adapter in adapters() {
+//!     println!("{}, SPIR-V passthrough: {}", adapter.describe(), adapter.takes_spirv());
+//! }
+//! ```
 
 use crate::attempt::attempt;
+use crate::error::TIME_LIMIT;
 use crate::{Device, DeviceError};
 use std::time::Duration;
 
-/// The environment variable with the seconds that a device is waited for.
-///
-/// Without it a GPU has 60: longer than any operating system lets a GPU work on
-/// one thing, so that only one that hangs is given up. A software driver, which
-/// may really need long for a large picture, has an hour.
-pub const TIME_LIMIT: &str = "RELIEVO_GPU_TIMEOUT";
-
+/// Returns the longest time to wait for a device (see [`TIME_LIMIT`]).
 fn time_limit(is_software: bool) -> Result<Duration, DeviceError> {
     let Some(value) = std::env::var_os(TIME_LIMIT) else {
         return Ok(Duration::from_secs(if is_software { 3600 } else { 60 }));
@@ -24,13 +27,13 @@ fn time_limit(is_software: bool) -> Result<Duration, DeviceError> {
         })
 }
 
-/// An adapter, and what a person wants to know of it.
+/// An adapter of this machine.
 pub struct Adapter {
     adapter: wgpu::Adapter,
 }
 
 impl Adapter {
-    /// Name, API and driver, in one line.
+    /// Returns name, API and driver in one line.
     pub fn describe(&self) -> String {
         let info = self.adapter.get_info();
         let driver = [info.driver.as_str(), info.driver_info.as_str()]
@@ -41,40 +44,33 @@ impl Adapter {
         format!("{} ({}, {driver})", info.name, info.backend)
     }
 
-    /// The adapter's name.
+    /// Returns the adapter's name.
     pub fn name(&self) -> String {
         self.adapter.get_info().name
     }
 
-    /// What a report names one by one: `name`, `backend`, `driver`,
-    /// `driver_info` (its version), `device_type`, and the numbers of `vendor`
-    /// and `device`.
+    /// Returns wgpu's description: name, backend, driver and its version, type of
+    /// device, vendor and device ids.
     pub fn info(&self) -> wgpu::AdapterInfo {
         self.adapter.get_info()
     }
 
-    /// Whether this is a program on the CPU that stands in for a GPU.
+    /// Returns whether this is a software driver, which runs on the CPU.
     pub fn is_software(&self) -> bool {
         self.adapter.get_info().device_type == wgpu::DeviceType::Cpu
     }
 
-    /// Whether compiled shaders reach the driver untouched.
+    /// Returns whether the driver takes SPIR-V unchanged (Vulkan with shader
+    /// passthrough).
     pub fn takes_spirv(&self) -> bool {
         !(self.adapter.features() & untouched(&self.adapter)).is_empty()
-    }
-
-    /// Whether the device's own clock can time a pass.
-    pub fn has_timestamps(&self) -> bool {
-        self.adapter
-            .features()
-            .contains(wgpu::Features::TIMESTAMP_QUERY)
     }
 
     /// Opens a device with the adapter's own limits.
     ///
     /// # Errors
     /// [`DeviceError::Device`] with the driver's reason,
-    /// [`DeviceError::TimeLimit`] where [`TIME_LIMIT`] is no time.
+    /// [`DeviceError::TimeLimit`] if [`TIME_LIMIT`] is malformed.
     pub fn open(&self) -> Result<Device, DeviceError> {
         let descriptor = descriptor(&self.adapter);
         let time_limit = time_limit(self.is_software())?;
@@ -88,25 +84,24 @@ impl Adapter {
     }
 }
 
-/// What a device is asked for by one who opens it for [`Device::shared`], and
-/// by [`Adapter::open`]: the adapter's own limits, untouched shaders and a clock
-/// where it has them.
+/// Returns the descriptor with which [`Adapter::open`] requests a device, and with
+/// which a device for [`Device::shared`] must be requested: the adapter's limits,
+/// and shader passthrough and timestamp queries where available.
 pub fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
     let wanted = wgpu::Features::TIMESTAMP_QUERY | untouched(adapter);
     wgpu::DeviceDescriptor {
         label: Some("bitwise"),
         required_features: adapter.features() & wanted,
         required_limits: adapter.limits(),
-        // SAFETY: of the experimental features only passthrough is asked
-        // for, and what goes through it is `Module::untouched`'s contract.
+        // SAFETY: passthrough is the only experimental feature requested, and
+        // `Module::untouched` states what its modules must satisfy.
         experimental_features: unsafe { wgpu::ExperimentalFeatures::enabled() },
         memory_hints: wgpu::MemoryHints::MemoryUsage,
         trace: wgpu::Trace::Off,
     }
 }
 
-/// The feature by which compiled shaders reach the driver untouched, where that
-/// means anything.
+/// Returns the feature for SPIR-V passthrough, on backends that have it.
 fn untouched(adapter: &wgpu::Adapter) -> wgpu::Features {
     if adapter.get_info().backend == wgpu::Backend::Vulkan {
         wgpu::Features::PASSTHROUGH_SHADERS
@@ -116,10 +111,11 @@ fn untouched(adapter: &wgpu::Adapter) -> wgpu::Features {
 }
 
 impl Device {
-    /// A device that somebody else has opened, by [`descriptor`], and uses too.
+    /// Wraps a device that the caller has requested by [`descriptor`] and may use
+    /// as well.
     ///
     /// # Errors
-    /// [`DeviceError::TimeLimit`] where [`TIME_LIMIT`] is no time.
+    /// [`DeviceError::TimeLimit`] if [`TIME_LIMIT`] is malformed.
     pub fn shared(
         adapter: &wgpu::Adapter,
         device: wgpu::Device,
@@ -133,14 +129,14 @@ impl Device {
     }
 }
 
-/// Every adapter of this machine, real GPUs first; none where a driver fails
-/// at being asked.
+/// Returns every adapter of this machine, hardware GPUs first. The list is empty
+/// if a driver fails during enumeration.
 pub fn adapters() -> Vec<Adapter> {
-    look().unwrap_or_default()
+    enumerate().unwrap_or_default()
 }
 
-/// As [`adapters`], or the driver's fault.
-fn look() -> Result<Vec<Adapter>, String> {
+/// Enumerates the adapters, or returns the reason why a driver failed.
+fn enumerate() -> Result<Vec<Adapter>, String> {
     let mut found: Vec<Adapter> = attempt("wgpu", || {
         let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
         let instance = wgpu::Instance::new(descriptor);
@@ -159,13 +155,13 @@ fn look() -> Result<Vec<Adapter>, String> {
     Ok(found)
 }
 
-/// The first adapter, or the first whose name or driver holds `wanted`
-/// (without regard to case).
+/// Returns the first adapter, or the first whose description
+/// ([`Adapter::describe`]) contains `wanted`, ignoring case.
 ///
 /// # Errors
-/// [`DeviceError::NoAdapter`] with what there is instead.
+/// [`DeviceError::NoAdapter`] with the adapters of this machine.
 pub fn choose(wanted: Option<&str>) -> Result<Adapter, DeviceError> {
-    let (mut all, fault) = match look() {
+    let (mut all, fault) = match enumerate() {
         Ok(all) => (all, None),
         Err(fault) => (Vec::new(), Some(fault)),
     };
@@ -185,7 +181,7 @@ pub fn choose(wanted: Option<&str>) -> Result<Adapter, DeviceError> {
                 |name| format!("has {name:?} in its name"),
             ),
             found: if let Some(fault) = fault {
-                format!("a driver failed at being asked: {fault}")
+                format!("a driver failed during enumeration: {fault}")
             } else if all.is_empty() {
                 "this machine has none".to_string()
             } else {
@@ -201,7 +197,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn an_unknown_name_is_answered_with_what_there_is() {
+    fn an_unknown_name_is_answered_with_the_known_ones() {
         let Err(error) = choose(Some("no such adapter")) else {
             panic!("an adapter has that name");
         };

@@ -1,8 +1,8 @@
-//! Panics of others as errors: of wgpu above all.
+//! Turns panics of a library, above all wgpu, into errors.
 //!
-//! Where a driver fails, wgpu panics in places: in `Device::poll` once the
-//! device is lost, in `wgpu-hal` where a render pass or a framebuffer cannot be
-//! made. A lost device is no reason to end a program that can go on without.
+//! If a driver fails, wgpu panics in some places: in `Device::poll` once the
+//! device is lost, in `wgpu-hal` if a render pass or framebuffer cannot be made.
+//! A program that can continue without the device should not end there.
 
 use std::cell::{Cell, RefCell};
 use std::panic::{self, AssertUnwindSafe};
@@ -11,21 +11,29 @@ use std::sync::Once;
 const UNKNOWN: &str = "no reason is known";
 
 thread_local! {
-    /// How many attempts this thread is in.
+    /// Number of nested attempts on this thread.
     static DEPTH: Cell<u32> = const { Cell::new(0) };
-    /// What the last panic in one of them said.
+    /// Message of the last panic in one of them.
     static SAID: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Runs `work` of `who`; where it panics, gives what the panic said.
+/// Runs `work` and returns a panic in it as an error that names `who`.
 ///
-/// What `work` leaves half done must not be used after that.
+/// State that `work` leaves half changed must not be used after an error.
 ///
-/// The first call puts a hook before the process's panic hook that keeps such
-/// a panic off the terminal; every other panic goes to the hook that was there.
+/// The first call installs a panic hook that keeps these panics off the terminal
+/// and passes every other panic to the previous hook.
 ///
 /// # Errors
-/// What the panic said, where it was, and who gave up.
+/// The message and location of the panic.
+///
+/// ```
+/// use relievo_bitwise::attempt;
+///
+/// assert_eq!(attempt("the parser", || 7), Ok(7));
+/// let error = attempt("the parser", || -> u32 { panic!("no input") }).unwrap_err();
+/// assert!(error.starts_with("the parser gave up: no input"));
+/// ```
 pub fn attempt<T>(who: &str, work: impl FnOnce() -> T) -> Result<T, String> {
     static HOOK: Once = Once::new();
     HOOK.call_once(|| {
@@ -62,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_panic_is_told_once_and_others_are_left_alone() {
+    fn a_panic_is_returned_once_and_others_are_left_alone() {
         let said = |result: Result<(), String>| result.unwrap_err();
         assert_eq!(attempt("wgpu", || 7), Ok(7));
         let inner = attempt("all", || attempt("wgpu", || panic!("inner {}", 1)))

@@ -1,44 +1,59 @@
-//! Small kernels that tell what a device does to f32 arithmetic.
+//! Small kernels that show whether a device computes f32 arithmetic exactly.
+//!
+//! ```
+//! use relievo_bitwise::{Signature, Told};
+//!
+//! let told = Told {
+//!     name: "multiply_add",
+//!     required: true,
+//!     tells: "it fuses a·b + c",
+//!     words: 4096,
+//!     different: 3,
+//! };
+//! let signature = Signature { told: vec![told] };
+//! assert!(!signature.is_exact());
+//! assert_eq!(signature.describe(), "multiply_add differs");
+//! ```
 
 use crate::check::{Plan, compare_kernel};
 use crate::generate::Recorded;
 use crate::{DeviceError, Runner};
 use relievo_kernel::Kernel;
 
-/// Inputs of each canary.
+/// Number of inputs of each canary.
 const INPUTS: u64 = 4096;
 const SEED: u64 = 1;
 
-/// A kernel that tells something about a device.
+/// A kernel that shows one property of a device.
 #[derive(Clone, Copy, Debug)]
 pub struct Canary {
-    /// What is run.
+    /// The kernel.
     pub kernel: Kernel,
-    /// Whether the device is not exact if this differs.
+    /// Whether a difference means that the device is not exact.
     pub required: bool,
-    /// What a difference means, for a person.
+    /// Meaning of a difference, as a text for people.
     pub tells: &'static str,
 }
 
-/// What a canary has told.
+/// Result of a canary.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Told {
     /// The kernel's name.
     pub name: &'static str,
-    /// Whether the device is not exact if this differs.
+    /// Whether a difference means that the device is not exact.
     pub required: bool,
-    /// What a difference means.
+    /// Meaning of a difference, as a text for people.
     pub tells: &'static str,
-    /// Words compared.
+    /// Number of words compared.
     pub words: u64,
-    /// Words that differ.
+    /// Number of words that differ.
     pub different: u64,
 }
 
-/// What all canaries have told of a device.
+/// Results of all canaries on a device.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Signature {
-    /// In the order of the canaries.
+    /// One result per canary, in their order.
     pub told: Vec<Told>,
 }
 
@@ -46,7 +61,7 @@ impl Signature {
     /// Runs each canary on a few thousand inputs.
     ///
     /// # Errors
-    /// As [`compare_kernel`].
+    /// Those of [`compare_kernel`].
     pub fn take(runner: &mut Runner, canaries: &[Canary]) -> Result<Signature, DeviceError> {
         let plan = Plan {
             inputs: INPUTS,
@@ -69,13 +84,13 @@ impl Signature {
         Ok(Signature { told })
     }
 
-    /// Whether there are required canaries, and none of them differs.
+    /// Returns whether there are required canaries and none of them differs.
     pub fn is_exact(&self) -> bool {
         let mut required = self.told.iter().filter(|told| told.required).peekable();
         required.peek().is_some() && required.all(|told| told.different == 0)
     }
 
-    /// All canaries in one line: "multiply_add exact, denormal differs".
+    /// Returns all results in one line: "multiply_add exact, denormal differs".
     pub fn describe(&self) -> String {
         let told: Vec<String> = self
             .told
@@ -99,7 +114,7 @@ mod tests {
     use crate::testing::{OFF_BY_ONE, TABLE, runners};
 
     #[test]
-    fn gpu_a_signature_tells_right_from_wrong() {
+    fn gpu_a_signature_distinguishes_right_from_wrong() {
         let canary = |kernel, required| Canary {
             kernel,
             required,

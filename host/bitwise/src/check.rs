@@ -1,4 +1,19 @@
-//! Comparing a kernel's GPU side with its CPU side.
+//! Compares the GPU and CPU results of a kernel.
+//!
+//! ```
+//! use relievo_bitwise::evaluate;
+//! use relievo_kernel::{Domain, Kernel, Kind, table};
+//!
+//! const LENGTH: Domain = Domain::new("length", Kind::Magnitude { low: 1e-9, high: 1e9 });
+//! const KERNELS: &[Kernel] = table! {
+//!     square(f32: LENGTH) -> f32 = |x: f32| x * x;
+//! };
+//!
+//! // The CPU side alone.
+//! let mut words = [0];
+//! evaluate(&KERNELS[0], &[3_f32.to_bits()], &mut words);
+//! assert_eq!(words, [9_f32.to_bits()]);
+//! ```
 
 use crate::compare::{Batch, Tally};
 use crate::generate::{Generator, Recorded};
@@ -6,29 +21,30 @@ use crate::{DeviceError, Runner};
 use rayon::prelude::*;
 use relievo_kernel::Kernel;
 
-/// Inputs of a batch, unless the device takes fewer at a time.
+/// Number of inputs of a batch, if the device takes so many at a time.
 const BATCH: u64 = 1 << 18;
 
-/// Inputs that a thread evaluates at a time.
+/// Number of inputs that a thread evaluates at a time.
 const CHUNK: usize = 1024;
 
-/// How much to compare.
+/// The inputs of a comparison.
 #[derive(Clone, Copy, Debug)]
 pub struct Plan<'a> {
-    /// How many inputs.
+    /// Number of inputs.
     pub inputs: u64,
-    /// What they are drawn by.
+    /// Seed of their generator.
     pub seed: u64,
-    /// Values that some of them are taken from.
+    /// Recorded values, which a quarter of the inputs are taken from.
     pub recorded: &'a Recorded,
 }
 
 /// Runs `kernel` on the inputs of `plan` on GPU and CPU at the same time, and
-/// counts the words that differ. `progress` is told how many inputs are done.
+/// counts the words that differ. `progress` is called with the number of inputs
+/// done.
 ///
 /// # Errors
-/// [`DeviceError::Domain`] where no inputs can be made, and those of
-/// [`Runner::submit`] where they cannot be run.
+/// [`DeviceError::Domain`] if a domain is invalid, and those of
+/// [`Runner::submit`].
 pub fn compare_kernel(
     runner: &mut Runner,
     kernel: &Kernel,
@@ -72,10 +88,10 @@ pub fn compare_kernel(
     Ok(tally)
 }
 
-/// Runs `kernel` on the CPU, on all cores: on every group of its `input_words`
-/// words of `inputs`, with `output_words` words each into `outputs`.
+/// Runs `kernel` on all cores of the CPU: reads `input_words` words of `inputs`
+/// and writes `output_words` words to `outputs` per input.
 pub fn evaluate(kernel: &Kernel, inputs: &[u32], outputs: &mut [u32]) {
-    // A kernel without words has nothing to do; a chunk must have some.
+    // Chunks must not be empty, even for a kernel without words.
     let chunk = |words: u32| CHUNK * words.max(1) as usize;
     inputs
         .par_chunks(chunk(kernel.input_words))
@@ -99,7 +115,8 @@ mod tests {
         }
     }
 
-    /// What `twin` is known to do wrong, found with the CPU alone.
+    /// Returns the differences between `right` and `twin`, computed on the CPU
+    /// alone, and the inputs.
     fn expected(right: &Kernel, twin: &Kernel) -> (Tally, Vec<u32>) {
         let (input_words, output_words) = (right.input_words as usize, right.output_words as usize);
         let generator = Generator::new(right, &Recorded::new(), 11).expect("domains");
@@ -127,7 +144,7 @@ mod tests {
     fn gpu_a_right_kernel_has_no_differences() {
         let recorded = Recorded::from([("factor".to_string(), vec![1.5_f32.to_bits()])]);
         let seen = Cell::new(0);
-        // Contraction is forbidden in the module, which naga does not pass on.
+        // naga does not pass on the NoContraction of the module.
         let exact = untouched_runners()
             .into_iter()
             .map(|runner| (runner, TABLE));

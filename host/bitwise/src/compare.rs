@@ -1,15 +1,28 @@
-//! Counting the words that differ.
+//! Counts the words that differ, by their distance in ULPs.
+//!
+//! ```
+//! use relievo_bitwise::{Tally, ulp_distance};
+//!
+//! let (one, next) = (1_f32.to_bits(), 1_f32.next_up().to_bits());
+//! assert_eq!(ulp_distance(one, next), 1);
+//!
+//! let mut tally = Tally::default();
+//! tally.add(0, &[one], &[one, one], &[one, next]);
+//! assert_eq!((tally.words, tally.different, tally.largest), (2, 1, 1));
+//! assert_eq!((tally.first[0].word, tally.first[0].cpu), (1, next));
+//! ```
 
 use rayon::prelude::*;
 
-/// Differences that a [`Tally`] keeps whole.
+/// Number of differences that a [`Tally`] keeps in full.
 pub const KEPT: usize = 8;
 
-/// Results that a thread compares at a time.
+/// Number of results that a thread compares at a time.
 const CHUNK: usize = 4096;
 
-/// Steps from one f32 to the next between two words: 0 for equal words, 1
-/// between −0 and +0, and `u64::MAX` where the words differ and one is a NaN.
+/// Returns the number of steps between neighbouring f32 from one word to the other:
+/// 0 for equal words, 1 between −0 and +0, and `u64::MAX` if the words differ and
+/// one is a NaN.
 pub fn ulp_distance(a: u32, b: u32) -> u64 {
     let place = |word: u32| match i64::from(word & 0x7fff_ffff) {
         magnitude if word >> 31 == 0 => magnitude,
@@ -24,22 +37,22 @@ pub fn ulp_distance(a: u32, b: u32) -> u64 {
     }
 }
 
-/// How many words are how many ULPs apart, in classes of 0, 1, 2, 3–4, 5–8, …
+/// Histogram of distances in ULPs, with the classes 0, 1, 2, 3–4, 5–8, …
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Histogram {
-    /// The last one is that of NaN.
+    /// Number of words per class; the last class is that of NaN.
     counts: [u64; Histogram::CLASSES],
 }
 
 impl Histogram {
-    /// Zero, 2⁰ to 2³² ULPs, and NaN.
+    /// Classes for zero, for 2⁰ to 2³² ULPs, and for NaN.
     const CLASSES: usize = 35;
 
     fn add(&mut self, distance: u64, words: u64) {
         let class = match distance {
             0 => 0,
             u64::MAX => Histogram::CLASSES - 1,
-            // The exponent of the next power of two: no two f32 are further than 2³² apart.
+            // Exponent of the next power of two; no two f32 are more than 2³² apart.
             _ => 1 + (u64::BITS - (distance - 1).leading_zeros()) as usize,
         };
         self.counts[class] += words;
@@ -51,13 +64,13 @@ impl Histogram {
         }
     }
 
-    /// Words without a distance: one of the two is a NaN, or is missing.
+    /// Returns the number of words without a distance: one side is a NaN or missing.
     pub fn nan(&self) -> u64 {
         self.counts[Histogram::CLASSES - 1]
     }
 
-    /// The classes that have words: the largest distance of each, and how many
-    /// words; without those of [`Histogram::nan`].
+    /// Returns the classes that are not empty, each as its largest distance and its
+    /// number of words. Those of [`Histogram::nan`] are not included.
     pub fn classes(&self) -> impl Iterator<Item = (u64, u64)> {
         let finite = &self.counts[..Histogram::CLASSES - 1];
         (0..)
@@ -78,47 +91,47 @@ impl Default for Histogram {
 /// A word that differs.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Difference {
-    /// Number of the input.
+    /// Index of the input.
     pub index: u64,
-    /// The words of the input.
+    /// Words of the input.
     pub input: Vec<u32>,
-    /// Which word of the result.
+    /// Index of the word in the result.
     pub word: usize,
-    /// The GPU's; 0 where it gave none.
+    /// The GPU's word; 0 if missing.
     pub gpu: u32,
-    /// The CPU's; 0 where it gave none.
+    /// The CPU's word; 0 if missing.
     pub cpu: u32,
-    /// Their [`ulp_distance`]; `u64::MAX` where one is missing.
+    /// Their [`ulp_distance`]; `u64::MAX` if one is missing.
     pub ulp: u64,
 }
 
-/// What a comparison has found.
+/// Result of a comparison.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tally {
-    /// Inputs compared.
+    /// Number of inputs compared.
     pub inputs: u64,
-    /// Inputs of which at least one word of the result differs.
+    /// Number of inputs with at least one different word.
     pub inputs_different: u64,
-    /// Words compared.
+    /// Number of words compared.
     pub words: u64,
-    /// Words that differ.
+    /// Number of words that differ.
     pub different: u64,
-    /// The largest distance, ULPs, but for NaN.
+    /// Largest distance, ULPs, without NaN.
     pub largest: u64,
     /// Distances of all words.
     pub histogram: Histogram,
-    /// The first [`KEPT`] differences, in the order of the inputs.
+    /// The first [`KEPT`] differences, ordered by input and word.
     pub first: Vec<Difference>,
 }
 
 impl Tally {
-    /// Whether something was compared, and nothing differs.
+    /// Returns whether words were compared and none differs.
     pub fn is_exact(&self) -> bool {
         self.words > 0 && self.different == 0
     }
 
-    /// Compares the results for input number `index`. A word that only one side
-    /// has is a difference.
+    /// Compares the results for the input `index`. A word that one side lacks is a
+    /// difference.
     pub fn add(&mut self, index: u64, input: &[u32], gpu: &[u32], cpu: &[u32]) {
         let count = gpu.len().max(cpu.len());
         self.inputs += 1;
@@ -160,7 +173,7 @@ impl Tally {
         }
     }
 
-    /// Takes over what another comparison has found.
+    /// Adds the result of another comparison.
     pub fn merge(&mut self, other: Tally) {
         self.inputs += other.inputs;
         self.inputs_different += other.inputs_different;
@@ -201,24 +214,25 @@ impl Tally {
     }
 }
 
-/// The results for inputs that follow each other.
+/// Results for consecutive inputs.
 #[derive(Clone, Copy, Debug)]
 pub struct Batch<'a> {
-    /// Number of the first input.
+    /// Index of the first input.
     pub first: u64,
-    /// The words of the inputs; may be empty, as for the pixels of a picture.
+    /// Words of the inputs; may be empty, as for the pixels of a picture.
     pub inputs: &'a [u32],
-    /// Words of an input.
+    /// Number of words per input.
     pub input_words: usize,
     /// The GPU's words.
     pub gpu: &'a [u32],
     /// The CPU's words.
     pub cpu: &'a [u32],
-    /// Words of a result.
+    /// Number of words per result.
     pub output_words: usize,
 }
 
-/// Group number `number` of `length` words, as far as there are any.
+/// Returns the words of the group `number`, each of `length` words, as far as there
+/// are any.
 fn group(words: &[u32], length: usize, number: usize) -> &[u32] {
     let start = (number * length).min(words.len());
     let end = (start + length).min(words.len());
@@ -270,7 +284,7 @@ mod tests {
     }
 
     #[test]
-    fn a_tally_says_what_differs_and_where() {
+    fn a_tally_keeps_differences_and_their_places() {
         let one = 1.0_f32.to_bits();
         let mut tally = Tally::default();
         assert!(!tally.is_exact(), "nothing was compared");
@@ -309,7 +323,7 @@ mod tests {
     }
 
     #[test]
-    fn many_cores_find_what_one_does() {
+    fn many_cores_find_the_same_as_one() {
         let cpu: Vec<u32> = (0..30_000).collect();
         let mut gpu = cpu.clone();
         for at in (100..30_000).step_by(1000) {

@@ -1,15 +1,16 @@
-//! A device with its queue, and its faults as errors.
+//! A device with its queue, whose faults are returned as errors.
 
 use crate::DeviceError;
 use crate::attempt::attempt;
+use crate::error::TIME_LIMIT;
 use std::mem::ManuallyDrop;
 use std::sync::{Arc, OnceLock, mpsc};
 use std::time::Duration;
 
-/// An opened adapter: wgpu's device and queue, and what to call it.
+/// An opened adapter: wgpu's device and queue, with a description.
 ///
-/// A device that has once been lost, or has not answered in time, stays lost:
-/// each later use is an error, and it is not waited for when it is dropped.
+/// A device that was lost or has timed out stays lost: every later use is an error,
+/// and dropping it does not wait for it.
 #[derive(Clone, Debug)]
 pub struct Device {
     shared: Arc<Shared>,
@@ -21,7 +22,7 @@ struct Shared {
     queue: ManuallyDrop<wgpu::Queue>,
     description: String,
     time_limit: Duration,
-    /// Why the device is lost, once it is.
+    /// The reason, once the device is lost.
     lost: Arc<OnceLock<String>>,
 }
 
@@ -32,7 +33,7 @@ impl Device {
         description: String,
         time_limit: Duration,
     ) -> Device {
-        // Both may come at any time and on any thread; the first reason is kept.
+        // Both callbacks may run at any time on any thread; the first reason is kept.
         let lost = Arc::new(OnceLock::new());
         let callback = lost.clone();
         device.set_device_lost_callback(move |reason, message| {
@@ -59,34 +60,34 @@ impl Device {
         }
     }
 
-    /// wgpu's device.
+    /// Returns wgpu's device.
     pub fn wgpu(&self) -> &wgpu::Device {
         &self.shared.device
     }
 
-    /// Its queue.
+    /// Returns the device's queue.
     pub fn queue(&self) -> &wgpu::Queue {
         &self.shared.queue
     }
 
-    /// Name, API and driver of its adapter, in one line.
+    /// Returns name, API and driver of the adapter in one line.
     pub fn describe(&self) -> &str {
         &self.shared.description
     }
 
-    /// How long [`Device::wait`] waits at most; see [`crate::TIME_LIMIT`].
+    /// Returns the longest time that [`Device::wait`] waits ([`TIME_LIMIT`]).
     pub fn time_limit(&self) -> Duration {
         self.shared.time_limit
     }
 
-    /// Whether compiled shaders reach the driver untouched.
+    /// Returns whether the device takes SPIR-V unchanged.
     pub fn takes_spirv(&self) -> bool {
         self.wgpu()
             .features()
             .contains(wgpu::Features::PASSTHROUGH_SHADERS)
     }
 
-    /// Bytes that a storage buffer may have.
+    /// Returns the largest size of a storage buffer, bytes.
     pub fn largest_storage(&self) -> u64 {
         let limits = self.wgpu().limits();
         limits
@@ -94,12 +95,12 @@ impl Device {
             .min(limits.max_buffer_size)
     }
 
-    /// Runs `work`, which uses the device on this thread, and gives its result
-    /// unless the device was lost, complained or made wgpu panic meanwhile.
+    /// Runs `work`, which uses the device on this thread, and returns its result
+    /// unless the device was lost, reported an error or made wgpu panic.
     ///
     /// # Errors
-    /// Those of `work`; [`DeviceError::Memory`] where the device has too
-    /// little, [`DeviceError::Device`] where it fails otherwise.
+    /// Those of `work`, [`DeviceError::Memory`] if the device is out of memory,
+    /// [`DeviceError::Device`] if it fails otherwise.
     pub fn attempt<T, E: From<DeviceError>>(
         &self,
         work: impl FnOnce() -> Result<T, E>,
@@ -107,31 +108,30 @@ impl Device {
         self.alive()?;
         let scopes = Scopes::new(self.wgpu());
         let result = attempt("wgpu", work);
-        let complaint = scopes.finish();
-        // wgpu keeps most errors of a lost device to itself, and tells its loss
-        // when it is polled.
+        let reported = scopes.finish();
+        // wgpu hides most errors of a lost device and reports the loss when polled.
         let polled = attempt("wgpu", || {
-            // A poll that does not wait has nothing else to tell.
+            // The status of a poll that does not wait is of no use here.
             let _ = self.wgpu().poll(wgpu::PollType::Poll);
         });
-        if let Some(error @ wgpu::Error::OutOfMemory { .. }) = complaint {
+        if let Some(error @ wgpu::Error::OutOfMemory { .. }) = reported {
             return Err(self.failed(error).into());
         }
         self.alive()?;
         if let Err(message) = polled {
             return Err(self.lose(message).into());
         }
-        match (complaint, result) {
+        match (reported, result) {
             (Some(error), _) => Err(self.failed(error).into()),
             (None, Err(message)) => Err(self.lose(message).into()),
             (None, Ok(result)) => result,
         }
     }
 
-    /// Waits until the device has done all that it was given.
+    /// Waits until the device has finished all submitted work.
     ///
     /// # Errors
-    /// [`DeviceError::Device`] where it is lost, or not done within
+    /// [`DeviceError::Device`] if it is lost or takes longer than
     /// [`Device::time_limit`].
     pub fn wait(&self) -> Result<(), DeviceError> {
         let wait = wgpu::PollType::Wait {
@@ -141,17 +141,17 @@ impl Device {
         self.polled(wait).map(|_| ())
     }
 
-    /// Has the device tell what it has done, without waiting; whether that is all
-    /// that it was given.
+    /// Polls the device without waiting; returns whether it has finished all
+    /// submitted work.
     ///
     /// # Errors
-    /// [`DeviceError::Device`] where it is lost.
+    /// [`DeviceError::Device`] if it is lost.
     pub fn poll(&self) -> Result<bool, DeviceError> {
         self.polled(wgpu::PollType::Poll)
             .map(|status| status.is_queue_empty())
     }
 
-    /// Polls; a device that fails at it is lost.
+    /// Polls the device; a failure loses it.
     fn polled(&self, poll: wgpu::PollType) -> Result<wgpu::PollStatus, DeviceError> {
         self.alive()?;
         match attempt("wgpu", || self.wgpu().poll(poll)) {
@@ -159,17 +159,17 @@ impl Device {
             Ok(Err(wgpu::PollError::Timeout)) => Err(self.lose(format!(
                 "it has not finished within {} s; give it longer with the environment variable {}",
                 self.time_limit().as_secs_f64(),
-                crate::TIME_LIMIT
+                TIME_LIMIT
             ))),
             Ok(Err(error)) => Err(self.lose(error.to_string())),
             Err(message) => Err(self.lose(message)),
         }
     }
 
-    /// An error where the device is lost.
+    /// Checks that the device is not lost.
     ///
     /// # Errors
-    /// [`DeviceError::Device`] with the reason.
+    /// [`DeviceError::Device`] with the reason of the loss.
     pub fn alive(&self) -> Result<(), DeviceError> {
         match self.shared.lost.get() {
             None => Ok(()),
@@ -177,16 +177,16 @@ impl Device {
         }
     }
 
-    /// Never uses the device again, for this reason unless there was one before.
+    /// Marks the device as lost; the first reason is kept.
     fn lose(&self, reason: String) -> DeviceError {
         self.failed(self.shared.lost.get_or_init(|| reason))
     }
 
-    /// Waits, and shows the first `bytes` bytes of a buffer that the device has
-    /// written, and that has `MAP_READ`, to `look`.
+    /// Waits for the device, then calls `look` with the first `bytes` bytes of a
+    /// buffer that has the usage `MAP_READ`.
     ///
     /// # Errors
-    /// [`DeviceError::Device`] where the buffer cannot be mapped.
+    /// [`DeviceError::Device`] if the buffer cannot be mapped.
     pub fn read<T>(
         &self,
         buffer: &wgpu::Buffer,
@@ -197,12 +197,12 @@ impl Device {
             let slice = buffer.slice(..bytes);
             let (sender, receiver) = mpsc::channel();
             slice.map_async(wgpu::MapMode::Read, move |result| {
-                // The receiver waits below; if it is gone, so is the need.
+                // Fails only if the receiver below has given up.
                 let _ = sender.send(result);
             });
             self.wait()?;
             receiver
-                // Whoever polls beside us may have taken it to be told.
+                // Another thread that polls may be running the callback.
                 .recv_timeout(self.time_limit())
                 .map_err(|error| self.failed(error))?
                 .map_err(|error| self.failed(error))?;
@@ -217,7 +217,7 @@ impl Device {
         })
     }
 
-    /// An error of this device.
+    /// Makes an error of this device.
     pub fn failed(&self, reason: impl ToString) -> DeviceError {
         DeviceError::of(self.describe(), reason)
     }
@@ -225,11 +225,11 @@ impl Device {
 
 impl Drop for Shared {
     fn drop(&mut self) {
-        // wgpu waits for the queue when it is dropped, without end where the
-        // device hangs, and panics where that fails: what is lost is left.
+        // Dropping waits for the queue, for ever if the device hangs, and may
+        // panic: a lost device is leaked.
         if self.lost.get().is_none() {
             let _ = attempt("wgpu", || {
-                // SAFETY: neither is used again: this is their owner's end.
+                // SAFETY: neither is used again, since their owner is dropped.
                 unsafe {
                     ManuallyDrop::drop(&mut self.queue);
                     ManuallyDrop::drop(&mut self.device);
@@ -239,13 +239,13 @@ impl Drop for Shared {
     }
 }
 
-/// Collects what a device complains of on this thread while it lives.
+/// Collects the errors that a device reports on this thread.
 #[cfg_attr(
     target_arch = "wasm32",
     expect(dead_code, reason = "they end when they are dropped")
 )]
 struct Scopes {
-    // Dropped in this order, which must be the reverse of that of their making.
+    // Fields are dropped in this order, which must be the reverse of creation.
     memory: wgpu::ErrorScopeGuard,
     internal: wgpu::ErrorScopeGuard,
     validation: wgpu::ErrorScopeGuard,
@@ -262,7 +262,7 @@ impl Scopes {
         }
     }
 
-    /// The gravest of the first complaints of each kind.
+    /// Returns the first error of the gravest kind.
     #[cfg(not(target_arch = "wasm32"))]
     fn finish(self) -> Option<wgpu::Error> {
         let memory = pollster::block_on(self.memory.pop());
@@ -271,8 +271,8 @@ impl Scopes {
         memory.or(internal).or(validation)
     }
 
-    /// A browser answers later, and nobody can wait for it: complaints that
-    /// are not collected make the device a lost one.
+    /// Collects nothing: a browser answers later and cannot be waited for. Errors
+    /// that are not collected lose the device.
     #[cfg(target_arch = "wasm32")]
     fn finish(self) -> Option<wgpu::Error> {
         None
@@ -284,12 +284,12 @@ mod tests {
     use crate::{DeviceError, adapters};
 
     #[test]
-    fn gpu_complaints_and_panics_become_errors() {
+    fn gpu_device_errors_and_panics_are_returned() {
         let all = adapters();
         assert!(!all.is_empty(), "no adapter on this machine");
         for adapter in all {
             let device = adapter.open().expect("a device");
-            // A buffer that is mapped for both directions is against the rules.
+            // Mapping a buffer in both directions is not allowed.
             let wrong = || {
                 let _ = device.wgpu().create_buffer(&wgpu::BufferDescriptor {
                     label: None,
@@ -310,14 +310,14 @@ mod tests {
             let panics = || -> Result<(), DeviceError> { panic!("as wgpu does") };
             let message = device.attempt(panics).unwrap_err().to_string();
             assert!(message.contains("as wgpu does"), "{message}");
-            // Nobody knows what it left half done.
+            // The device stays lost.
             let again = device.attempt(|| Ok::<_, DeviceError>(())).unwrap_err();
             assert_eq!(again.to_string(), message);
         }
     }
 
     #[test]
-    fn gpu_a_complaint_that_nobody_collects_is_no_panic() {
+    fn gpu_an_uncollected_error_does_not_panic() {
         for adapter in adapters() {
             let device = adapter.open().expect("a device");
             let _ = device.wgpu().create_buffer(&wgpu::BufferDescriptor {

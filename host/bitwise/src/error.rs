@@ -1,58 +1,63 @@
-//! What can go wrong.
+//! Errors of adapters, devices, modules and lists of kernels.
 
 use crate::generate::DomainError;
 
-/// The machine, the module or the list of kernels does not allow the comparison.
+/// Environment variable with the longest time to wait for a device, in seconds > 0.
+///
+/// The default is 60 for a GPU, longer than operating systems let one GPU job run,
+/// and 3600 for a software driver, which may need long for a large picture.
+pub const TIME_LIMIT: &str = "RELIEVO_GPU_TIMEOUT";
+
+/// A fault of an adapter, a device, a module or a list of kernels.
 #[derive(Debug, thiserror::Error)]
 pub enum DeviceError {
-    /// There is no adapter, or none of the wanted name.
+    /// There is no adapter, or none with the wanted name.
     #[error("no GPU adapter {wanted}; {found}; install a Vulkan driver, or choose another adapter")]
     NoAdapter {
-        /// What was looked for.
+        /// End of the sentence "no GPU adapter …".
         wanted: String,
-        /// What is there.
+        /// The adapters of this machine.
         found: String,
     },
-    /// The adapter gave no device, or the device failed.
-    #[error("{adapter}: {message}; choose another adapter, or renew its driver")]
+    /// The adapter did not open, or the device failed.
+    #[error("{adapter}: {message}; choose another adapter, or update its driver")]
     Device {
         /// The adapter.
         adapter: String,
-        /// Why.
+        /// The reason.
         message: String,
     },
-    /// The device has not the memory for what it was given.
+    /// The device is out of memory.
     #[error("{adapter}: {message}; choose another adapter, or give it less at once")]
     Memory {
         /// The adapter.
         adapter: String,
-        /// For what.
+        /// The reason.
         message: String,
     },
-    /// The longest time to wait for a device is no time.
+    /// [`TIME_LIMIT`] is set to something else than a number of seconds.
     #[error(
-        "the environment variable {} is {value:?}; make it a number of seconds, such as 60, or leave it out",
-        crate::TIME_LIMIT
+        "the environment variable {TIME_LIMIT} is {value:?}; make it a number of seconds, such as 60, or leave it out"
     )]
     TimeLimit {
-        /// What it was set to.
+        /// The value of the variable.
         value: String,
     },
-    /// Something is larger than the adapter's limits.
+    /// A resource exceeds the adapter's limits.
     #[error(
         "{adapter}: {what} needs {needed}, and its limit is {limit}; choose another adapter, or less of it"
     )]
     Limit {
         /// The adapter.
         adapter: String,
-        /// What is too large.
+        /// The resource, with its unit.
         what: String,
-        /// How much it needs.
+        /// The required amount.
         needed: u64,
-        /// How much there may be.
+        /// The adapter's limit.
         limit: u64,
     },
-    /// The adapter's driver cannot be given SPIR-V as it is.
+    /// The adapter's driver does not take SPIR-V unchanged.
     #[error(
         "{adapter} does not take SPIR-V untouched; choose a Vulkan adapter with shader passthrough, or a portable module"
     )]
@@ -63,29 +68,29 @@ pub enum DeviceError {
     /// The bytes are not a SPIR-V module.
     #[error("no SPIR-V module: {message}; compile it again")]
     Module {
-        /// What is wrong with it.
+        /// The reason.
         message: String,
     },
-    /// A kernel does not fit its module, or its arguments.
+    /// A kernel does not match its module or its arguments.
     #[error("kernel {kernel:?}: {message}")]
     Kernel {
         /// The kernel.
         kernel: &'static str,
-        /// What does not fit, and the way out.
+        /// The mismatch and how to correct it.
         message: String,
     },
-    /// The domain of an argument is not one.
+    /// The domain of an argument is invalid.
     #[error(transparent)]
     Domain(#[from] DomainError),
 }
 
 impl DeviceError {
-    /// The fault of an adapter for which wgpu or its driver gives this reason.
+    /// Returns the error for a reason given by wgpu or its driver.
     pub(crate) fn of(adapter: &str, reason: impl ToString) -> DeviceError {
         let message = reason.to_string();
         let adapter = adapter.to_string();
-        // Where a device is lost for want of memory, or wgpu panics for it,
-        // only the text tells.
+        // If lack of memory loses the device or makes wgpu panic, only the text
+        // says so.
         let plain = message.to_lowercase().replace(['_', ' '], "");
         if plain.contains("outofmemory")
             || plain.contains("outofdevicememory")
@@ -104,7 +109,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn want_of_memory_is_told_from_other_faults() {
+    fn lack_of_memory_is_distinguished_from_other_faults() {
         let memory =
             |reason: &str| matches!(DeviceError::of("a", reason), DeviceError::Memory { .. });
         for reason in [

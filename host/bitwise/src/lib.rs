@@ -1,15 +1,15 @@
 //! Runs the same functions on GPU and CPU and counts the words that differ.
 //!
 //! For rust-gpu projects whose functions must give the same bits in a shader
-//! and on the CPU. Arguments are generated from what is known of them
-//! ([`generate`]), travel as u32 words in storage buffers, so that nothing
-//! rounds or filters them on the way ([`runner`]), and results are compared word
-//! by word, without a tolerance ([`compare`]).
+//! and on the CPU. Arguments are generated from their domains ([`generate`]) and
+//! passed as u32 words in storage buffers, where nothing rounds or filters them
+//! ([`runner`]). Results are compared word by word, without a tolerance
+//! ([`compare`]).
 //!
 //! # Four steps
 //!
-//! **1. List the functions**, once, in the crate that GPU and CPU share: name,
-//! type and [`Domain`](relievo_kernel::Domain) of each argument, result, path.
+//! **1. List the functions** once, in the crate that GPU and CPU share: name, type
+//! and [`Domain`](relievo_kernel::Domain) of each argument, result, path.
 //!
 //! ```ignore
 //! use relievo_kernel::{Domain, Kind};
@@ -27,8 +27,8 @@
 //! }
 //! ```
 //!
-//! **2. Make a compute shader of each**, in the crate that rust-gpu compiles. It
-//! says what a storage buffer is as a source and a sink of words:
+//! **2. Make a compute shader of each**, in the crate that rust-gpu compiles, with
+//! storage buffers as sources and sinks of words:
 //!
 //! ```ignore
 //! use relievo_kernel::{Sink, Source, entry_points};
@@ -51,11 +51,11 @@
 //! my_shared::for_each_kernel!(entry_points);
 //! ```
 //!
-//! Decorate every float operation of the module with NoContraction and have
-//! spirv-val check it: without, drivers fuse a·b + c.
+//! Decorate every float operation of the module with NoContraction, since drivers
+//! fuse a·b + c otherwise, and check the module with spirv-val.
 //!
-//! **3. Compare**, in a test, on every adapter, by `Module::untouched`: naga
-//! ([`Module::portable`]) does not pass NoContraction on.
+//! **3. Compare** in a test, on every adapter. Use `Module::untouched`, since naga
+//! ([`Module::portable`]) drops NoContraction.
 //!
 //! ```no_run
 //! use relievo_bitwise::{Module, Plan, Recorded, Runner, adapters, compare_kernel};
@@ -67,7 +67,7 @@
 //! const KERNELS: &[Kernel] = for_each_kernel!(table);
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
-//! // SAFETY: spirv-val has checked it, and it stays within its buffers.
+//! // SAFETY: spirv-val has checked it, and its accesses are within its buffers.
 //! let module = unsafe { Module::untouched(&[&std::fs::read("kernels.spv")?])? };
 //! let plan = Plan { inputs: 1 << 20, seed: 1, recorded: &Recorded::new() };
 //! let all = adapters();
@@ -83,12 +83,12 @@
 //! # }
 //! ```
 //!
-//! **4. See it fail.** Run the same comparison with a twin that is wrong (a
-//! constant changed by one ULP, `mul_add` in place of a·b + c) and demand
-//! differences. A comparison that has never failed says nothing.
+//! **4. See it fail.** Run the same comparison with a function that is wrong (a
+//! constant changed by 1 ULP, `mul_add` in place of a·b + c) and require
+//! differences.
 //!
-//! At start-up a program may ask the same of a handful of kernels, and learn
-//! whether it can trust this device: [`Signature`].
+//! At start-up, a program may compare a few kernels to find out whether a device is
+//! exact ([`Signature`]).
 
 pub mod adapter;
 mod attempt;
@@ -102,16 +102,17 @@ mod memory_model;
 pub mod module;
 pub mod portable;
 pub mod runner;
+mod spirv;
 #[cfg(test)]
 mod testing;
 
-pub use adapter::{Adapter, TIME_LIMIT, adapters, choose, descriptor};
+pub use adapter::{Adapter, adapters, choose, descriptor};
 pub use attempt::attempt;
 pub use canary::{Canary, Signature, Told};
 pub use check::{Plan, compare_kernel, evaluate};
 pub use compare::{Batch, Difference, Histogram, Tally, ulp_distance};
 pub use device::Device;
-pub use error::DeviceError;
+pub use error::{DeviceError, TIME_LIMIT};
 pub use generate::{Distribution, DomainError, Generator, Recorded, contains};
 pub use module::{EntryPoint, Module, Route};
 pub use runner::{Pending, Runner};

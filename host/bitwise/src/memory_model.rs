@@ -1,10 +1,12 @@
-//! The memory model of a module for Vulkan.
+//! Replaces the Vulkan memory model of a module by GLSL450 where that changes
+//! nothing.
 //!
-//! rust-gpu declares the Vulkan memory model in every module for Vulkan. A
-//! device must enable a feature for that, and wgpu enables it only for
-//! cooperative matrices: without, the module is invalid. One that uses nothing
-//! of that model means the same in the older one, which needs no feature.
+//! rust-gpu declares the Vulkan memory model in every module for Vulkan. It needs
+//! a device feature that wgpu enables only for cooperative matrices; without it
+//! the module is invalid. A module that uses nothing of that model has the same
+//! meaning in the GLSL450 model, which needs no feature.
 
+use crate::spirv::{HEADER, instructions, literal, opcode};
 use std::borrow::Cow;
 
 const OP_EXTENSION: u32 = 10;
@@ -20,24 +22,21 @@ const VULKAN: u32 = 3;
 const VULKAN_MEMORY_MODEL: u32 = 5345;
 const EXTENSION: &str = "SPV_KHR_vulkan_memory_model";
 
-/// The words of a module, with the GLSL450 memory model in place of the Vulkan
-/// one where it uses nothing of that. `header` words come before its
-/// instructions.
-pub(crate) fn plain(words: &[u32], header: usize) -> Cow<'_, [u32]> {
-    let instructions = || Instructions {
-        rest: words.get(header..).unwrap_or_default(),
-    };
-    let declares = instructions()
-        .any(|words| matches!(words, [first, _, VULKAN] if first & 0xffff == OP_MEMORY_MODEL));
-    if !declares || instructions().any(needs_vulkan) {
+/// Returns the words of a module, with the GLSL450 memory model in place of the
+/// Vulkan one if nothing in the module needs the latter.
+pub(crate) fn plain(words: &[u32]) -> Cow<'_, [u32]> {
+    let declares = instructions(words).any(|instruction| {
+        opcode(instruction) == OP_MEMORY_MODEL && matches!(instruction, [_, _, VULKAN])
+    });
+    if !declares || instructions(words).any(needs_vulkan) {
         return Cow::Borrowed(words);
     }
-    let mut plain = words[..header].to_vec();
-    for instruction in instructions() {
+    let mut plain = words[..HEADER].to_vec();
+    for instruction in instructions(words) {
         let operands = &instruction[1..];
-        match instruction[0] & 0xffff {
+        match opcode(instruction) {
             OP_CAPABILITY if operands == [VULKAN_MEMORY_MODEL] => {}
-            OP_EXTENSION if super::module::literal(operands) == EXTENSION => {}
+            OP_EXTENSION if literal(operands) == EXTENSION => {}
             OP_MEMORY_MODEL => plain.extend([instruction[0], operands[0], GLSL450]),
             _ => plain.extend(instruction),
         }
@@ -45,42 +44,23 @@ pub(crate) fn plain(words: &[u32], header: usize) -> Cow<'_, [u32]> {
     Cow::Owned(plain)
 }
 
-/// Whether an instruction may mean something else in the other model: what has
-/// a scope or says who sees a write, and everything with images, whose operands
-/// may.
+/// Returns whether an instruction may have another meaning in the GLSL450 model:
+/// instructions with a scope or with availability and visibility operands, and
+/// all image instructions, which may have them.
 fn needs_vulkan(instruction: &[u32]) -> bool {
-    // Volatile, Aligned and Nontemporal are in both models.
-    let says = |operands: Option<&[u32]>| {
+    // Volatile, Aligned and Nontemporal exist in both models.
+    let has_others = |operands: Option<&[u32]>| {
         operands.is_some_and(|operands| operands.iter().any(|operand| operand & !7 != 0))
     };
-    match instruction[0] & 0xffff {
-        OP_LOAD => says(instruction.get(4..5)),
-        OP_STORE => says(instruction.get(3..4)),
-        OP_COPY_MEMORY => says(instruction.get(3..)),
-        OP_COPY_MEMORY_SIZED => says(instruction.get(4..)),
-        // Images; barriers and atomics; groups; capabilities and types of
-        // extensions that come with a scope.
+    match opcode(instruction) {
+        OP_LOAD => has_others(instruction.get(4..5)),
+        OP_STORE => has_others(instruction.get(3..4)),
+        OP_COPY_MEMORY => has_others(instruction.get(3..)),
+        OP_COPY_MEMORY_SIZED => has_others(instruction.get(4..)),
+        // Images; barriers and atomics; groups; extensions, some with a scope.
         86..=107 | 224..=242 | 259..=320 | 333..=366 | 4416.. => true,
         OP_CAPABILITY => instruction[1..] == [VULKAN_MEMORY_MODEL + 1],
         _ => false,
-    }
-}
-
-/// The instructions of words whose lengths are right; those after a wrong one
-/// come as one.
-struct Instructions<'a> {
-    rest: &'a [u32],
-}
-
-impl<'a> Iterator for Instructions<'a> {
-    type Item = &'a [u32];
-
-    fn next(&mut self) -> Option<&'a [u32]> {
-        let length = (self.rest.first()? >> 16) as usize;
-        let length = if length == 0 { self.rest.len() } else { length };
-        let (instruction, rest) = self.rest.split_at(length.min(self.rest.len()));
-        self.rest = rest;
-        Some(instruction)
     }
 }
 
@@ -88,7 +68,7 @@ impl<'a> Iterator for Instructions<'a> {
 mod tests {
     use super::*;
 
-    /// A header of five words and these instructions, of opcode and operands.
+    /// Builds a module from a header and instructions, given as opcode and operands.
     fn module(instructions: &[(u32, &[u32])]) -> Vec<u32> {
         let mut words = vec![7; 5];
         for (opcode, operands) in instructions {
@@ -106,7 +86,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nothing_needs_is_not_declared() {
+    fn an_unneeded_memory_model_is_replaced() {
         let extension = extension();
         let declared = |with: &[(u32, &[u32])]| {
             let mut all: Vec<(u32, &[u32])> = vec![
@@ -126,10 +106,10 @@ mod tests {
             (OP_MEMORY_MODEL, &[0, GLSL450]),
             plain_load,
         ]);
-        assert_eq!(plain(&declared(&[plain_load]), 5), expected);
-        // Once more, there is nothing left to do.
-        assert_eq!(plain(&expected, 5), expected);
-        // A load that others see, a store, a copy, a barrier, an atomic.
+        assert_eq!(plain(&declared(&[plain_load])), expected);
+        // A second pass changes nothing.
+        assert_eq!(plain(&expected), expected);
+        // A load with visibility, a store, a copy, a barrier, an atomic.
         let needs: [(u32, &[u32]); 5] = [
             (OP_LOAD, &[1, 2, 3, 0x20]),
             (OP_STORE, &[1, 2, 0x28, 9]),
@@ -139,14 +119,14 @@ mod tests {
         ];
         for needed in needs {
             let words = declared(&[plain_load, needed]);
-            assert_eq!(plain(&words, 5), words, "{needed:?}");
+            assert_eq!(plain(&words), words, "{needed:?}");
         }
     }
 
     #[test]
-    fn any_words_end() {
+    fn malformed_words_are_returned_as_they_are() {
         for words in [vec![], vec![0; 3], vec![7; 9], vec![0; 9]] {
-            assert_eq!(plain(&words, 5), words);
+            assert_eq!(plain(&words), words);
         }
     }
 }

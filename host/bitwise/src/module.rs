@@ -1,17 +1,25 @@
-//! A compiled module, and how it reaches the driver.
+//! Compiled SPIR-V modules and how they reach the driver.
+//!
+//! ```
+//! use relievo_bitwise::Module;
+//!
+//! let error = Module::portable(&[b"not SPIR-V"]).unwrap_err();
+//! assert!(error.to_string().contains("10 bytes are not whole words"));
+//! ```
 
+use crate::spirv::{HEADER, MAGIC, instructions, literal, opcode};
 use crate::{Device, DeviceError, memory_model, portable};
 use std::borrow::Cow;
 
 /// How a module reaches the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
-    /// As it is, but for a memory model that nothing in it needs; Vulkan with
-    /// shader passthrough only. Nothing else keeps NoContraction and the float
-    /// controls.
+    /// Unchanged, except for a memory model that nothing in it needs. Requires
+    /// Vulkan with shader passthrough. The only route that keeps NoContraction and
+    /// the float controls.
     Untouched,
-    /// Read, checked and written anew by naga, with loops that it writes rightly
-    /// ([`portable`]); every backend of wgpu.
+    /// Translated by naga, after its loops are rewritten ([`portable`]). Works on
+    /// every backend of wgpu.
     Portable,
 }
 
@@ -20,13 +28,13 @@ pub enum Route {
 pub struct EntryPoint {
     /// Its name.
     pub name: String,
-    /// Invocations of a workgroup in x, y and z, where it is a compute shader.
+    /// Workgroup size in x, y and z, if this is a compute shader.
     pub workgroup: Option<[u32; 3]>,
-    /// Its number in the module.
+    /// Result id of its function in the module.
     id: u32,
 }
 
-/// Compiled SPIR-V: one file with every entry point, or several with some each.
+/// Compiled SPIR-V in one or more files, each with one or more entry points.
 #[derive(Clone, Debug)]
 pub struct Module {
     files: Vec<File>,
@@ -40,23 +48,24 @@ struct File {
 }
 
 impl Module {
-    /// A module that the driver gets as it is, as the bytes of its `.spv` files.
+    /// Makes a module that the driver gets unchanged, from the bytes of its `.spv`
+    /// files.
     ///
     /// # Safety
-    /// The files must be valid by the Vulkan specification (spirv-val says
-    /// so), must not end or loop for ever, and must not reach outside of their
-    /// buffers: nobody looks at them before the driver does.
+    /// The files must be valid by the Vulkan specification (as spirv-val checks),
+    /// must terminate, and must not access memory outside their buffers. They are
+    /// not validated before the driver gets them.
     ///
     /// # Errors
-    /// [`DeviceError::Module`] where the bytes are no SPIR-V.
+    /// [`DeviceError::Module`] if the bytes are not SPIR-V.
     pub unsafe fn untouched(files: &[&[u8]]) -> Result<Module, DeviceError> {
         Module::new(files, Route::Untouched)
     }
 
-    /// A module that naga reads and writes anew, as the bytes of its `.spv` files.
+    /// Makes a module that naga translates, from the bytes of its `.spv` files.
     ///
     /// # Errors
-    /// [`DeviceError::Module`] where the bytes are no SPIR-V.
+    /// [`DeviceError::Module`] if the bytes are not SPIR-V.
     pub fn portable(files: &[&[u8]]) -> Result<Module, DeviceError> {
         Module::new(files, Route::Portable)
     }
@@ -69,37 +78,30 @@ impl Module {
         Ok(Module { files, route })
     }
 
-    /// How it reaches the driver.
+    /// Returns how the module reaches the driver.
     pub fn route(&self) -> Route {
         self.route
     }
 
-    /// What it has to run.
+    /// Returns the entry points of all files.
     pub fn entry_points(&self) -> impl Iterator<Item = &EntryPoint> {
         self.files.iter().flat_map(|file| &file.entry_points)
     }
 
-    /// Instructions in the functions of the file with an entry point, if there
-    /// is one.
+    /// Counts the instructions in the functions of the file with an entry point;
+    /// `None` if there is no such entry point.
     pub fn instructions(&self, entry_point: &str) -> Option<usize> {
         let words = &self.file(entry_point)?.words;
-        let mut count = 0;
-        let mut at = HEADER;
-        let mut in_function = false;
-        while let Some(word) = words.get(at) {
-            in_function |= word & 0xffff == OP_FUNCTION;
-            count += usize::from(in_function);
-            // Lengths were checked as far as the functions; 0 would not end.
-            at += ((word >> 16) as usize).max(1);
-        }
-        Some(count)
+        let before = |instruction: &&[u32]| opcode(instruction) != OP_FUNCTION;
+        Some(instructions(words).skip_while(before).count())
     }
 
-    /// What [`Route::Portable`] gives to wgpu of the file with an entry point.
+    /// Returns the naga module that [`Route::Portable`] gives to wgpu for an entry
+    /// point.
     ///
     /// # Errors
-    /// [`DeviceError::Module`] where there is no such entry point, or naga cannot
-    /// read it.
+    /// [`DeviceError::Module`] if there is no such entry point or naga cannot read
+    /// it.
     pub fn translated(&self, entry_point: &str) -> Result<naga::Module, DeviceError> {
         let refused = |message| DeviceError::Module {
             message: format!("the file with {entry_point:?}: {message}"),
@@ -109,12 +111,12 @@ impl Module {
         Ok(module)
     }
 
-    /// The SPIR-V with an entry point, if there is one, as the driver or naga gets
-    /// it.
+    /// Returns the SPIR-V with an entry point as the driver or naga gets it; `None`
+    /// if there is no such entry point.
     pub fn spirv(&self, entry_point: &str) -> Option<Cow<'_, [u32]>> {
         let words = &self.file(entry_point)?.words;
         Some(match self.route {
-            Route::Untouched => memory_model::plain(words, HEADER),
+            Route::Untouched => memory_model::plain(words),
             Route::Portable => Cow::Borrowed(words.as_slice()),
         })
     }
@@ -130,13 +132,14 @@ impl Module {
         })
     }
 
-    /// Gives the file with an entry point to `device`.
+    /// Loads the file with an entry point on `device`.
     ///
     /// # Errors
-    /// [`DeviceError::Untouched`] where the device does not take it so,
-    /// [`DeviceError::Module`] where there is no such entry point, or naga cannot
-    /// read it,
-    /// [`DeviceError::Device`] where the device or naga's validator refuses it.
+    /// [`DeviceError::Untouched`] if the module needs shader passthrough and the
+    /// device has none,
+    /// [`DeviceError::Module`] if there is no such entry point or naga cannot read
+    /// it,
+    /// [`DeviceError::Device`] if the device or naga's validator rejects it.
     pub fn load(
         &self,
         device: &Device,
@@ -148,7 +151,6 @@ impl Module {
             });
         }
         let file = self.wanted(entry_point)?;
-        // Here and not for all files at once: few of them are loaded.
         device.attempt(|| {
             Ok(match self.route {
                 Route::Untouched => {
@@ -160,19 +162,19 @@ impl Module {
                             workgroup_size: entry_point.workgroup.unwrap_or([1; 3]).into(),
                         })
                         .collect();
-                    // SAFETY: who called `Module::untouched` has promised it.
+                    // SAFETY: required of the caller of `Module::untouched`.
                     unsafe {
                         device.wgpu().create_shader_module_passthrough(
                             wgpu::ShaderModuleDescriptorPassthrough {
                                 label: Some("bitwise"),
                                 entry_points,
-                                spirv: Some(memory_model::plain(&file.words, HEADER)),
+                                spirv: Some(memory_model::plain(&file.words)),
                                 ..Default::default()
                             },
                         )
                     }
                 }
-                // Not as SPIR-V: wgpu would have naga write the loops as they are.
+                // Not as SPIR-V, for which wgpu would translate the loops unchanged.
                 Route::Portable => {
                     let module = self.translated(entry_point)?;
                     device
@@ -203,17 +205,12 @@ impl File {
     }
 }
 
-/// First word of every module, and how many come before the instructions
-/// (SPIR-V specification, "Physical Layout of a SPIR-V Module").
-const MAGIC: u32 = 0x0723_0203;
-const HEADER: usize = 5;
-
 const OP_ENTRY_POINT: u32 = 15;
 const OP_EXECUTION_MODE: u32 = 16;
 const OP_FUNCTION: u32 = 54;
 const LOCAL_SIZE: u32 = 17;
 
-/// The entry points of a module, from what comes before its functions.
+/// Reads the entry points of a module, which are declared before its functions.
 fn entry_points(words: &[u32]) -> Result<Vec<EntryPoint>, DeviceError> {
     let malformed = |message: String| DeviceError::Module { message };
     if words.first() != Some(&MAGIC) || words.len() < HEADER {
@@ -230,7 +227,7 @@ fn entry_points(words: &[u32]) -> Result<Vec<EntryPoint>, DeviceError> {
                 "the instruction at word {at} has a wrong length"
             )));
         };
-        match (instruction[0] & 0xffff, &instruction[1..]) {
+        match (opcode(instruction), &instruction[1..]) {
             (OP_ENTRY_POINT, [_model, id, name @ ..]) => found.push(EntryPoint {
                 name: literal(name),
                 workgroup: None,
@@ -247,16 +244,6 @@ fn entry_points(words: &[u32]) -> Result<Vec<EntryPoint>, DeviceError> {
         at += length;
     }
     Ok(found)
-}
-
-/// A text at the beginning of `words`: UTF-8 in little-endian words up to a 0.
-pub(crate) fn literal(words: &[u32]) -> String {
-    let bytes: Vec<u8> = words
-        .iter()
-        .flat_map(|word| word.to_le_bytes())
-        .take_while(|&byte| byte != 0)
-        .collect();
-    String::from_utf8_lossy(&bytes).into_owned()
 }
 
 #[cfg(test)]
@@ -289,7 +276,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_module_is_refused_with_its_reason() {
+    fn malformed_modules_are_rejected_with_a_reason() {
         let refused = |bytes: &[u8]| Module::portable(&[bytes]).unwrap_err().to_string();
         assert!(refused(&[1, 2, 3]).contains("3 bytes"));
         assert!(refused(&[]).contains("header"));

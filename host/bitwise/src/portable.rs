@@ -1,20 +1,32 @@
-//! SPIR-V as naga's IR, made so that naga writes it rightly in every language.
+//! Reads SPIR-V into naga's IR and rewrites loops that naga would translate wrongly.
 //!
-//! Where a loop ends in a `continuing` block, naga writes that to the start of
-//! the next turn in GLSL, HLSL and Metal, and there computes the condition that
-//! ends the loop anew, of variables that have changed since (gfx-rs/wgpu, issue
-//! 4558): loops of ours ended a turn early. Here what comes at the end of a turn
-//! is put to its end, where all these languages have it right.
+//! In GLSL, HLSL and Metal, naga writes a loop's `continuing` block to the start of
+//! the next iteration and evaluates `break if` there, with variables that have
+//! changed since (gfx-rs/wgpu, issue 4558), so that loops end an iteration early.
+//! [`lower`] moves the `continuing` block to the end of the loop's body, which all
+//! these languages get right.
+//!
+//! ```
+//! let mut module = naga::front::wgsl::parse_str(
+//!     "@compute @workgroup_size(1) fn main() {
+//!         var i = 0u;
+//!         loop { continuing { i += 1u; break if i > 9u; } }
+//!     }",
+//! )?;
+//! relievo_bitwise::portable::lower(&mut module)?;
+//! assert!(!format!("{module:?}").contains("break_if: Some"));
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 use naga::{Arena, Block, Expression, Handle, Module, Range, Span, Statement};
 use std::collections::BTreeMap;
 
-/// Reads SPIR-V, with loops as they are. y goes up in the vertices' positions,
-/// as in WebGPU, Direct3D and Metal: naga would turn it over, since Vulkan has
-/// it otherwise.
+/// Reads SPIR-V without changing loops or vertex positions: y points up, as in
+/// WebGPU, Direct3D and Metal. By default naga would flip y, since it points down
+/// in Vulkan.
 ///
 /// # Errors
-/// What naga does not read in it.
+/// naga's reason why it cannot read the module.
 pub fn read(words: &[u32]) -> Result<Module, String> {
     let options = naga::front::spv::Options {
         adjust_coordinate_space: false,
@@ -25,11 +37,11 @@ pub fn read(words: &[u32]) -> Result<Module, String> {
         .map_err(|error| error.to_string())
 }
 
-/// Rewrites every loop of `module` into one without `continuing` and `break if`.
+/// Rewrites every loop of `module` without `continuing` and `break if`.
 ///
 /// # Errors
-/// A loop that goes on from within a switch, out of which it would have to end,
-/// or from several places, with something at its end that is not known here.
+/// A loop has a `continue` inside a switch, or several of them and a `continuing`
+/// block that cannot be copied.
 pub fn lower(module: &mut Module) -> Result<(), String> {
     let functions = module.functions.iter_mut().map(|(_, function)| function);
     let entry_points = module.entry_points.iter_mut();
@@ -75,7 +87,7 @@ fn lower_block(block: &mut Block, expressions: &mut Arena<Expression>) -> Result
                         is_placed: false,
                         expressions,
                     };
-                    end.end_turns(body, false)?;
+                    end.place_before_continues(body, false)?;
                     if !body.last().is_some_and(leaves) {
                         body.extend_block(end.place()?);
                     }
@@ -87,7 +99,7 @@ fn lower_block(block: &mut Block, expressions: &mut Arena<Expression>) -> Result
     Ok(())
 }
 
-/// Whether nothing after this is reached.
+/// Returns whether the statement after this one is unreachable.
 fn leaves(statement: &Statement) -> bool {
     match statement {
         Statement::Break | Statement::Continue | Statement::Return { .. } | Statement::Kill => true,
@@ -96,46 +108,48 @@ fn leaves(statement: &Statement) -> bool {
     }
 }
 
-/// What comes at the end of a loop's turn.
+/// The statements at the end of a loop's iteration.
 struct End<'a> {
     block: Block,
-    /// Whether it has been put somewhere.
+    /// Whether they were placed once.
     is_placed: bool,
     expressions: &'a mut Arena<Expression>,
 }
 
 impl End<'_> {
-    /// Puts it before every `continue` of the loop that `block` lies in.
-    fn end_turns(&mut self, block: &mut Block, in_switch: bool) -> Result<(), String> {
+    /// Places the statements before every `continue` in `block` that belongs to the
+    /// loop.
+    fn place_before_continues(&mut self, block: &mut Block, in_switch: bool) -> Result<(), String> {
         for statement in block.iter_mut() {
             match statement {
                 Statement::Continue if in_switch => {
-                    return Err("a loop goes on from within a switch".to_string());
+                    return Err("a loop has a continue inside a switch".to_string());
                 }
                 Statement::Continue => {
                     let mut turn = self.place()?;
                     turn.push(Statement::Continue, Span::UNDEFINED);
                     *statement = Statement::Block(turn);
                 }
-                Statement::Block(inner) => self.end_turns(inner, in_switch)?,
+                Statement::Block(inner) => self.place_before_continues(inner, in_switch)?,
                 Statement::If { accept, reject, .. } => {
-                    self.end_turns(accept, in_switch)?;
-                    self.end_turns(reject, in_switch)?;
+                    self.place_before_continues(accept, in_switch)?;
+                    self.place_before_continues(reject, in_switch)?;
                 }
                 Statement::Switch { cases, .. } => {
                     for case in cases {
-                        self.end_turns(&mut case.body, true)?;
+                        self.place_before_continues(&mut case.body, true)?;
                     }
                 }
-                // The `continue` of an inner loop is its own.
+                // The `continue` of an inner loop belongs to that loop.
                 _ => {}
             }
         }
         Ok(())
     }
 
-    /// It, or where it has a place already a copy of it: naga's writer of SPIR-V
-    /// computes an expression in one place only.
+    /// Returns the statements the first time, and a copy with expressions of its
+    /// own afterwards: naga's SPIR-V writer evaluates an expression in one place
+    /// only.
     fn place(&mut self) -> Result<Block, String> {
         let block = self.block.clone();
         if !std::mem::replace(&mut self.is_placed, true) {
@@ -146,14 +160,13 @@ impl End<'_> {
             copies: BTreeMap::new(),
         };
         copier.block(&block).ok_or_else(|| {
-            "a loop goes on from several places, and does at its end what cannot be copied"
-                .to_string()
+            "a loop has several continues and a continuing block that cannot be copied".to_string()
         })
     }
 }
 
-/// Copies statements with the expressions that they compute; `None` where
-/// there is something else than graphics and compute shaders do in loops.
+/// Copies statements with the expressions that they evaluate. Returns `None` for
+/// statements that graphics and compute shaders do not have in loops.
 struct Copier<'a> {
     expressions: &'a mut Arena<Expression>,
     copies: BTreeMap<Handle<Expression>, Handle<Expression>>,
@@ -168,8 +181,8 @@ impl Copier<'_> {
         Some(copy)
     }
 
-    /// What stands for an expression in the copy: itself, where it was computed
-    /// before.
+    /// Returns the copy of an expression, or the expression itself if it is
+    /// evaluated outside the copied statements.
     fn of(&self, expression: Handle<Expression>) -> Handle<Expression> {
         *self.copies.get(&expression).unwrap_or(&expression)
     }
@@ -207,7 +220,7 @@ impl Copier<'_> {
                     case.body = self.block(&case.body)?;
                 }
             }
-            // Inner loops were rewritten before.
+            // Inner loops are already rewritten.
             Statement::Loop { body, .. } => *body = self.block(body)?,
             Statement::Store { pointer, value } => {
                 (*pointer, *value) = (self.of(*pointer), self.of(*value));
@@ -289,8 +302,8 @@ mod tests {
         },
     );
 
-    /// Ends by a condition on what its last lines change, goes on from the
-    /// middle, and has another such loop in it.
+    /// A loop with a `break if` on variables that `continuing` changes, with a
+    /// `continue`, and with another such loop inside.
     const LOOPS: &str = "
         @group(0) @binding(0) var<storage, read> inputs: array<u32>;
         @group(0) @binding(1) var<storage, read_write> outputs: array<u32>;
@@ -324,7 +337,7 @@ mod tests {
         }
     ";
 
-    /// What [`LOOPS`] does.
+    /// Computes what [`LOOPS`] does.
     fn turns(end: u32) -> u32 {
         let mut sum = 0;
         for i in (0..=end).filter(|i| i % 3 != 1) {
@@ -348,7 +361,7 @@ mod tests {
     };
 
     #[test]
-    fn gpu_lowered_loops_take_the_same_turns() {
+    fn gpu_lowered_loops_have_the_same_iterations() {
         let words = testing::spirv(LOOPS);
         let mut module = read(&words).expect("a module");
         let tails = |module: &Module| format!("{module:?}").matches("break_if: Some").count();
@@ -368,7 +381,7 @@ mod tests {
     }
 
     #[test]
-    fn a_loop_that_goes_on_from_within_a_switch_is_refused() {
+    fn a_continue_inside_a_switch_is_rejected() {
         let source = "@compute @workgroup_size(1) fn main() {
             var i = 0u;
             loop {
@@ -382,9 +395,9 @@ mod tests {
     }
 
     #[test]
-    fn what_naga_does_not_read_is_refused_with_its_reason() {
+    fn unreadable_modules_are_rejected_with_a_reason() {
         let mut words = testing::spirv(LOOPS);
-        // A capability that there is none of.
+        // An unknown capability.
         words.splice(5..5, [2 << 16 | 17, 0xffff]);
         let module = Compiled::portable(&[&testing::bytes(&words)]).expect("a module");
         let error = module.translated("turns").unwrap_err().to_string();

@@ -1,14 +1,50 @@
-//! Running the compute shaders of a module on a device.
+//! Runs the compute shaders of a module on a device.
+//!
+//! ```
+//! use relievo_bitwise::{Module, Runner, adapters};
+//! use relievo_kernel::{Domain, Kernel, Kind, table};
+//!
+//! const LENGTH: Domain = Domain::new("length", Kind::Magnitude { low: 1e-9, high: 1e9 });
+//! const KERNELS: &[Kernel] = table! {
+//!     double(f32: LENGTH) -> f32 = |x: f32| x + x;
+//! };
+//!
+//! # fn compiled() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+//! #     let module = naga::front::wgsl::parse_str(
+//! #         "@group(0) @binding(0) var<storage, read> inputs: array<f32>;
+//! #         @group(0) @binding(1) var<storage, read_write> outputs: array<f32>;
+//! #         @compute @workgroup_size(64)
+//! #         fn double(@builtin(global_invocation_id) id: vec3<u32>) {
+//! #             outputs[id.x] = inputs[id.x] + inputs[id.x];
+//! #         }",
+//! #     )?;
+//! #     let flags = naga::valid::ValidationFlags::all();
+//! #     let capabilities = naga::valid::Capabilities::empty();
+//! #     let info = naga::valid::Validator::new(flags, capabilities).validate(&module)?;
+//! #     let words = naga::back::spv::write_vec(&module, &info, &Default::default(), None)?;
+//! #     Ok(words.iter().flat_map(|word| word.to_le_bytes()).collect())
+//! # }
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! # let spirv = compiled()?;
+//! let module = Module::portable(&[&spirv])?;
+//! for adapter in adapters() {
+//!     let mut runner = Runner::new(&adapter.open()?, &module)?;
+//!     let words = runner.run(&KERNELS[0], &[3_f32.to_bits()])?;
+//!     assert_eq!(words, [6_f32.to_bits()]);
+//! }
+//! # Ok(())
+//! # }
+//! ```
 
 use crate::{Device, DeviceError, Module};
 use relievo_kernel::{Kernel, WORKGROUP};
 use std::collections::BTreeMap;
 
-/// What stands in every word of a result before the shader runs: a NaN that no
-/// arithmetic makes, so that a word that was not written is a difference.
+/// Initial value of every word of a result: a NaN that no arithmetic produces, so
+/// that a word that is not written is a difference.
 const UNWRITTEN: u32 = 0xffee_d1ff;
 
-/// Runs kernels as compute shaders. Pipelines are kept, and so are the buffers.
+/// Runs kernels as compute shaders. Keeps pipelines and buffers between runs.
 pub struct Runner {
     device: Device,
     module: Module,
@@ -18,7 +54,7 @@ pub struct Runner {
     buffers: Option<Buffers>,
 }
 
-/// Room for the words of one dispatch.
+/// Buffers for the words of one dispatch.
 struct Buffers {
     input_bytes: u64,
     output_bytes: u64,
@@ -29,7 +65,7 @@ struct Buffers {
     read_back: wgpu::Buffer,
 }
 
-/// A dispatch under way.
+/// A submitted dispatch.
 #[must_use = "the results are lost unless they are collected"]
 pub struct Pending<'a> {
     device: &'a Device,
@@ -38,11 +74,11 @@ pub struct Pending<'a> {
 }
 
 impl Runner {
-    /// For the entry points of `module`, which are given to `device` when they
-    /// are first run.
+    /// Makes a runner for the entry points of `module`. Each is loaded on `device`
+    /// at its first run.
     ///
     /// # Errors
-    /// [`DeviceError::Device`] where the device fails.
+    /// [`DeviceError::Device`] if the device fails.
     pub fn new(device: &Device, module: &Module) -> Result<Runner, DeviceError> {
         let (bindings, layout) = device.attempt(|| {
             let entries = [true, false].map(|read_only| wgpu::BindGroupLayoutEntry {
@@ -81,22 +117,22 @@ impl Runner {
         })
     }
 
-    /// The device that it runs on.
+    /// Returns the device that kernels run on.
     pub fn device(&self) -> &Device {
         &self.device
     }
 
-    /// The module that it runs.
+    /// Returns the module with the kernels.
     pub fn module(&self) -> &Module {
         &self.module
     }
 
-    /// How many inputs of `kernel` one dispatch may take: a multiple of
-    /// [`WORKGROUP`].
+    /// Returns the largest number of inputs of `kernel` in one dispatch, a multiple
+    /// of [`WORKGROUP`].
     ///
     /// # Errors
-    /// [`DeviceError::Kernel`] where it has no arguments or no result,
-    /// [`DeviceError::Limit`] where the device cannot take one workgroup's.
+    /// [`DeviceError::Kernel`] if the kernel has no arguments or no result,
+    /// [`DeviceError::Limit`] if one workgroup exceeds the device's limits.
     pub fn capacity(&self, kernel: &Kernel) -> Result<usize, DeviceError> {
         let widest = u64::from(kernel.input_words.max(kernel.output_words));
         if kernel.input_words == 0 || kernel.output_words == 0 {
@@ -125,11 +161,12 @@ impl Runner {
         Ok(groups as usize * WORKGROUP as usize)
     }
 
-    /// Runs `kernel` on every group of its `input_words` words of `inputs`,
-    /// and gives `output_words` words for each.
+    /// Runs `kernel` on all `inputs`, of `input_words` words each, and returns
+    /// `output_words` words for each.
     ///
     /// # Errors
-    /// As [`Runner::submit`], and where the device fails.
+    /// Those of [`Runner::submit`], without the limit on the number of inputs, and
+    /// of [`Pending::collect`].
     pub fn run(&mut self, kernel: &Kernel, inputs: &[u32]) -> Result<Vec<u32>, DeviceError> {
         let dispatch = self.capacity(kernel)? * kernel.input_words as usize;
         let mut all = Vec::new();
@@ -141,13 +178,14 @@ impl Runner {
         Ok(all)
     }
 
-    /// Starts `kernel` on at most [`Runner::capacity`] inputs; the device works
-    /// while the caller does something else.
+    /// Starts `kernel` on at most [`Runner::capacity`] inputs and returns without
+    /// waiting for the device.
     ///
     /// # Errors
-    /// [`DeviceError::Kernel`] where the inputs are not whole or the module has
-    /// no such compute shader, [`DeviceError::Limit`] where there are too many,
-    /// [`DeviceError::Device`] where the device refuses them.
+    /// [`DeviceError::Kernel`] if the last input is incomplete, there is none, or the
+    /// module has no such compute shader,
+    /// [`DeviceError::Limit`] if there are too many inputs,
+    /// [`DeviceError::Device`] if the device fails.
     pub fn submit(&mut self, kernel: &Kernel, inputs: &[u32]) -> Result<Pending<'_>, DeviceError> {
         let capacity = self.capacity(kernel)?;
         let input_words = kernel.input_words as usize;
@@ -170,7 +208,7 @@ impl Runner {
             });
         }
         let padded = count.next_multiple_of(WORKGROUP as usize);
-        // The last input fills the last workgroup: it is sure to be in the domain.
+        // The last workgroup is filled with the last input, which is in the domain.
         let padding = inputs[inputs.len() - input_words..].repeat(padded - count);
         let bytes = |words: u32| 4 * u64::from(words) * padded as u64;
         let (input_bytes, output_bytes) = (bytes(kernel.input_words), bytes(kernel.output_words));
@@ -191,7 +229,7 @@ impl Runner {
                 let end = 4 * inputs.len() as u64;
                 queue.write_buffer(&buffers.input, end, bytemuck::cast_slice(&padding));
             }
-            // The shader sees arrays of this dispatch's length, not the buffers'.
+            // The shader's arrays have the length of this dispatch, not the buffer's.
             let part = |buffer, bytes| {
                 wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                     buffer,
@@ -312,11 +350,10 @@ impl Buffers {
 }
 
 impl Pending<'_> {
-    /// Waits for the device and puts the results into `words`, in place of what
-    /// was there.
+    /// Waits for the device and replaces the contents of `words` by the results.
     ///
     /// # Errors
-    /// [`DeviceError::Device`] where the device fails.
+    /// [`DeviceError::Device`] if the device fails.
     pub fn collect(self, words: &mut Vec<u32>) -> Result<(), DeviceError> {
         words.clear();
         self.device.read(self.read_back, self.bytes, |bytes| {
@@ -341,7 +378,8 @@ mod tests {
     fn gpu_any_number_of_inputs_comes_back_in_order() {
         let scale = &TABLE[2];
         for mut runner in runners() {
-            // Buffers grow, stay and serve fewer; the last workgroup is filled up.
+            // Buffers grow and are reused for fewer inputs; the last workgroup is
+            // padded.
             for count in [1, 63, 64, 65, 100_003, 5, 4096] {
                 let inputs: Vec<u32> = (0..count).map(|n| (n as f32).to_bits()).collect();
                 let words = runner.run(scale, &inputs).expect("a run");
@@ -373,7 +411,7 @@ mod tests {
     #[test]
     fn gpu_words_that_the_shader_does_not_write_are_marked() {
         for mut runner in runners() {
-            // What an earlier run left in the buffer must not be taken for a result.
+            // Results of an earlier run must not remain in the buffer.
             runner.run(&TABLE[2], &[7; 64]).expect("a run");
             let words = runner.run(&SILENT[0], &[7; 64]).expect("a run");
             assert_eq!(words, [UNWRITTEN; 64]);
@@ -381,7 +419,7 @@ mod tests {
     }
 
     #[test]
-    fn gpu_what_does_not_fit_is_refused_by_name() {
+    fn gpu_a_kernel_that_does_not_match_is_rejected_by_name() {
         const WORD: &[Argument] = &[Argument {
             words: 1,
             domain: Domain::new("word", Kind::Integer { low: 0, high: 1 }),
@@ -410,9 +448,9 @@ mod tests {
     }
 
     #[test]
-    fn gpu_a_module_that_naga_refuses_is_an_error() {
+    fn gpu_a_module_that_naga_rejects_is_an_error() {
         let mut bytes = testing::shader();
-        // Its last function does not end.
+        // Cut off the end of the last function.
         bytes.truncate(bytes.len() - 8);
         let module = Module::portable(&[&bytes]).expect("what comes before is whole");
         let all = crate::adapters();

@@ -3,7 +3,7 @@
 use crate::{Module, Runner, adapters};
 use relievo_kernel::{Domain, Kernel, Kind, table};
 
-/// Wide, but no product of two is denormal or infinite.
+/// A wide domain, in which no product of two is denormal or infinite.
 const FACTOR: Domain = Domain::new(
     "factor",
     Kind::NonZero {
@@ -62,7 +62,7 @@ fn multiply_add(a: f32, b: f32, c: f32) -> f32 {
     a * b + c
 }
 
-/// What [`SOURCE`] does.
+/// The functions of [`SOURCE`].
 pub(crate) const TABLE: &[Kernel] = table! {
     multiply_add(f32: FACTOR, f32: FACTOR, f32: SUMMAND) -> f32 = multiply_add;
     product_and_sum(f32: FACTOR, f32: FACTOR) -> (f32, f32) = |a: f32, b: f32| (a * b, a + b);
@@ -74,22 +74,22 @@ pub(crate) const FUSED: &[Kernel] = table! {
     multiply_add(f32: FACTOR, f32: FACTOR, f32: SUMMAND) -> f32 = f32::mul_add;
 };
 
-/// Has another constant than the shader.
+/// Has a constant that is 1 ULP larger than the shader's.
 pub(crate) const OFF_BY_ONE: &[Kernel] = table! {
     scale(f32: FACTOR) -> f32 = |x: f32| x * 0.1_f32.next_up();
 };
 
-/// Expects a word where the shader writes none.
+/// A kernel whose shader writes no result.
 pub(crate) const SILENT: &[Kernel] = table! {
     silent(f32: FACTOR) -> f32 = |x: f32| x;
 };
 
-/// [`SOURCE`] as the bytes of a SPIR-V module with NoContraction.
+/// Compiles [`SOURCE`] to the bytes of a SPIR-V module with NoContraction.
 pub(crate) fn shader() -> Vec<u8> {
     bytes(&without_contraction(&spirv(SOURCE)))
 }
 
-/// WGSL as SPIR-V.
+/// Compiles WGSL to SPIR-V.
 pub(crate) fn spirv(source: &str) -> Vec<u32> {
     let module = naga::front::wgsl::parse_str(source).expect("WGSL");
     let mut validator = naga::valid::Validator::new(
@@ -101,7 +101,7 @@ pub(crate) fn spirv(source: &str) -> Vec<u32> {
     naga::back::spv::write_vec(&module, &info, &options, None).expect("a SPIR-V module")
 }
 
-/// Words as they are in a file.
+/// Converts words to the bytes of a file.
 pub(crate) fn bytes(words: &[u32]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
 }
@@ -149,7 +149,7 @@ fn all_runners(modules: &[Module]) -> Vec<Runner> {
 }
 
 fn untouched() -> Module {
-    // SAFETY: naga has validated it, and Runner's buffers are as long as it needs.
+    // SAFETY: naga has validated it, and its accesses are within Runner's buffers.
     unsafe { Module::untouched(&[&shader()]) }.expect("a module")
 }
 
@@ -159,7 +159,7 @@ pub(crate) fn runners() -> Vec<Runner> {
     all_runners(&[untouched(), portable])
 }
 
-/// The shader as it is, on every adapter that takes it so.
+/// The shader unchanged, on every adapter with passthrough.
 pub(crate) fn untouched_runners() -> Vec<Runner> {
     all_runners(&[untouched()])
 }

@@ -1,11 +1,11 @@
-//! Several files as one that can be downloaded.
+//! ZIP archives for downloads.
 
 use relievo::export::ExportedFile;
 use std::io::{Cursor, Write};
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
-/// The bytes of a ZIP archive with a folder of these files, stored as they are.
+/// Returns a ZIP archive with a folder of these files, uncompressed.
 pub fn pack(folder: &str, files: &[ExportedFile]) -> Result<Vec<u8>, String> {
     let mut archive = ZipWriter::new(Cursor::new(Vec::new()));
     let options = SimpleFileOptions::default().compression_method(CompressionMethod::Stored);

@@ -1,26 +1,26 @@
-//! What of the viewer is the browser's.
+//! The browser as the viewer's platform.
 
 use crate::archive::pack;
 use js_sys::{Array, Uint8Array};
 use relievo::export::ExportedFile;
-use relievo::viewer::platform::Platform;
-use relievo::viewer::probe::Probe;
+use relievo_viewer::platform::Platform;
+use relievo_viewer::probe::Probe;
 use std::cell::RefCell;
 use std::path::Path;
 use std::rc::Rc;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
 
-/// Files are downloaded.
+/// Saves files as downloads.
 pub struct Browser {
-    /// What the viewer has told last, as JSON.
+    /// Last state of the viewer, as JSON.
     pub told: Rc<RefCell<String>>,
 }
 
 impl Platform for Browser {
     fn save_file(&mut self, name: &str, bytes: &[u8]) -> Result<String, String> {
         download(name, bytes)
-            .map_err(|error| format!("the browser does not download {name}: {error:?}"))?;
+            .map_err(|error| format!("the browser cannot download {name}: {error:?}"))?;
         Ok(name.to_string())
     }
 
@@ -37,12 +37,12 @@ impl Platform for Browser {
     }
 
     fn tell(&mut self, probe: &Probe) {
-        // A structure of texts and numbers is always valid JSON.
+        // Strings and numbers always serialize.
         *self.told.borrow_mut() = serde_json::to_string(probe).unwrap_or_default();
     }
 }
 
-/// Gives a file to the browser's downloads.
+/// Starts the download of a file.
 fn download(name: &str, bytes: &[u8]) -> Result<(), JsValue> {
     let parts = Array::of1(&Uint8Array::from(bytes));
     let blob = web_sys::Blob::new_with_u8_array_sequence(&parts)?;
@@ -53,7 +53,7 @@ fn download(name: &str, bytes: &[u8]) -> Result<(), JsValue> {
     anchor.set_href(&url);
     anchor.set_download(name);
     anchor.click();
-    // The browser may begin to read it a moment later.
+    // The browser may start reading a moment later.
     let forget = Closure::once_into_js(move || web_sys::Url::revoke_object_url(&url));
     window.set_timeout_with_callback_and_timeout_and_arguments_0(forget.unchecked_ref(), 60_000)?;
     Ok(())

@@ -1,13 +1,14 @@
-//! Pictures by the CPU, for a worker of a page without WebGPU.
+//! CPU rendering in a worker, for pages without WebGPU.
 
 use crate::default;
-use relievo::prepare::{Assets, PreparedScene, prepare_with};
+use relievo::budget::plan_with;
+use relievo::prepare::{Assets, PreparedScene};
 use relievo::render::gpu::Content;
 use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::{Camera, Lettering, Scene, Shape, Tier};
-use relievo::viewer::display::{self, Scale, Show};
-use relievo::viewer::dropped::adopt;
-use relievo::viewer::orbit;
+use relievo_viewer::display::{self, Scale, Show};
+use relievo_viewer::dropped::adopt;
+use relievo_viewer::orbit;
 use std::path::Path;
 use wasm_bindgen::prelude::*;
 
@@ -24,10 +25,10 @@ pub struct CpuPage {
 
 #[wasm_bindgen]
 impl CpuPage {
-    /// The default scene.
+    /// Prepares the default scene.
     ///
     /// # Errors
-    /// What stands against it, as a text.
+    /// The message, as a string.
     #[wasm_bindgen(constructor)]
     pub fn new() -> Result<CpuPage, JsValue> {
         console_error_panic_hook::set_once();
@@ -42,10 +43,10 @@ impl CpuPage {
         })
     }
 
-    /// Gives a parameter of the first object another value.
+    /// Sets a parameter of the first object.
     ///
     /// # Errors
-    /// That there is no such parameter, as a text.
+    /// A message that there is no such parameter.
     pub fn set(&mut self, name: &str, value: f64) -> Result<(), JsValue> {
         let object = &mut self.scene.objects[0];
         match name {
@@ -72,7 +73,7 @@ impl CpuPage {
         Ok(())
     }
 
-    /// Turns (radians), moves (shares of the height) and zooms (a factor).
+    /// Turns (radians), moves (picture heights) and zooms (factor) the camera.
     pub fn turn(&mut self, yaw: f64, pitch: f64, right: f64, up: f64, factor: f64) {
         if let Some(camera) = self.camera {
             let turned = orbit::orbit(&camera, yaw, pitch);
@@ -81,17 +82,17 @@ impl CpuPage {
         }
     }
 
-    /// Shows pixels as the viewer does under this name.
+    /// Selects the viewer's display of this name.
     ///
     /// # Errors
-    /// That there is no such view, as a text.
+    /// A message that there is no such display.
     pub fn show(&mut self, name: &str) -> Result<(), JsValue> {
         let found = Show::ALL.into_iter().find(|show| show.name() == name);
         self.show = found.ok_or_else(|| format!("there is no view {name:?}"))?;
         Ok(())
     }
 
-    /// Makes letters the pattern.
+    /// Sets letters as the pattern.
     pub fn letter(&mut self, text: &str) {
         self.scene.objects[0].shape = Shape::Text(Lettering {
             text: text.to_string(),
@@ -101,7 +102,7 @@ impl CpuPage {
         self.prepared = None;
     }
 
-    /// Makes a file the mesh or the pattern, by its ending.
+    /// Sets a file as the mesh or the pattern, by its ending.
     pub fn adopt(&mut self, name: &str, bytes: Vec<u8>) {
         self.files += 1;
         if adopt(&mut self.scene, 0, Path::new(name), bytes, self.files) {
@@ -110,17 +111,17 @@ impl CpuPage {
         self.prepared = None;
     }
 
-    /// Red, green, blue and alpha of a picture of this size.
+    /// Renders RGBA of a picture of this size.
     ///
     /// # Errors
-    /// What stands against it, as a text.
+    /// The message, as a string.
     pub fn render(&mut self, width: u32, height: u32) -> Result<Vec<u8>, JsValue> {
         let prepared = match &mut self.prepared {
             Some(prepared) => prepared,
             none => {
-                let made = prepare_with(&self.scene, &mut self.assets, &|_| ())
+                let made = plan_with(&self.scene, &mut self.assets, &|_| ())
                     .map_err(|error| error.to_string())?;
-                none.insert(made)
+                none.insert(made.scene)
             }
         };
         let camera = *self.camera.get_or_insert(prepared.camera);
@@ -137,7 +138,7 @@ impl CpuPage {
         Ok(pixels.map_err(|error| error.to_string())?)
     }
 
-    /// The scene as a file.
+    /// Returns the scene file.
     pub fn scene(&self) -> String {
         let scene = Scene {
             camera: self.camera,

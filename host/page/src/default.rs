@@ -1,11 +1,11 @@
-//! The scene that is there at once.
+//! The default scene.
 
 use relievo::scene::{Scene, SceneError};
 use relievo::{Files, Limits};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Name, and bytes built in.
+/// Names and contents of embedded files.
 const FILES: [(&str, &[u8]); 2] = [
     (
         "meshes/torus.obj",
@@ -18,7 +18,7 @@ const FILES: [(&str, &[u8]); 2] = [
 ];
 const SCENE: &str = include_str!("../../../assets/scenes/torus.toml");
 
-/// What a page may take: a tab has 4 GiB at most, and often less.
+/// Limits of a page: a tab has at most 4 GiB, often less.
 fn limits() -> Limits {
     Limits {
         triangles: 1 << 20,
@@ -31,7 +31,7 @@ fn limits() -> Limits {
 /// Parses the default scene.
 pub fn scene() -> Result<Scene, SceneError> {
     let files = FILES.map(|(name, bytes)| (PathBuf::from(name), Arc::from(bytes)));
-    // A folder of its own would be missing where the scene is saved.
+    // A separate folder would be missing where the scene is saved.
     let text = SCENE.replace("../", "");
     Scene::parse_with(
         &text,

@@ -1,10 +1,10 @@
-//! The whole viewer, where there is WebGPU.
+//! The whole viewer, with WebGPU.
 
 use crate::browser::Browser;
 use crate::default;
 use eframe::WebRunner;
-use relievo::viewer::Viewer;
-use relievo::viewer::web::options;
+use relievo_viewer::Viewer;
+use relievo_viewer::web::options;
 use std::cell::RefCell;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
@@ -20,7 +20,7 @@ pub struct GpuPage {
 
 #[wasm_bindgen]
 impl GpuPage {
-    /// Nothing is shown yet.
+    /// Creates a viewer that shows nothing yet.
     #[wasm_bindgen(constructor)]
     #[expect(clippy::new_without_default, reason = "JavaScript has no defaults")]
     pub fn new() -> GpuPage {
@@ -34,7 +34,7 @@ impl GpuPage {
     /// Shows the default scene on `canvas`.
     ///
     /// # Errors
-    /// What stands against it, as a text.
+    /// The message, as a string.
     pub async fn start(&self, canvas: HtmlCanvasElement) -> Result<(), JsValue> {
         let started = Instant::now();
         let scene = default::scene().map_err(|error| error.to_string())?;
@@ -48,7 +48,7 @@ impl GpuPage {
         self.runner.start(canvas, options(), create).await
     }
 
-    /// What is on the page, as JSON.
+    /// Returns the state of the page as JSON.
     pub fn probe(&self) -> String {
         self.told.borrow().clone()
     }

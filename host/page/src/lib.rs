@@ -1,7 +1,7 @@
 //! The viewer as a page: WebAssembly, with WebGPU or on the CPU in a worker.
 //!
-//! `static/page.js` asks the browser which of the two it can have. Files that a
-//! person drops stay in the page's memory.
+//! `static/page.js` chooses by what the browser supports. Dropped files stay in
+//! the page's memory.
 #![cfg(target_arch = "wasm32")]
 
 mod archive;

@@ -1,5 +1,5 @@
-// Chooses between the viewer on WebGPU and pictures by the CPU in a worker.
-// `window.relievo` is for tests and other programs: probe() tells what is shown.
+// Chooses between the viewer on WebGPU and CPU rendering in a worker.
+// `window.relievo` is for tests and other programs: probe() returns the state.
 
 const notice = document.getElementById("notice");
 const start = performance.now();
@@ -39,7 +39,7 @@ function withCpu() {
   const context = canvas.getContext("2d");
   const state = { settled: false, renderer: "CPU", frames: 0, message: "" };
   window.relievo.probe = () => state;
-  // One picture at a time: what is asked for meanwhile is gathered.
+  // One picture at a time: requests are queued meanwhile.
   let busy = true;
   let wanted = [];
   let moved = 0;
@@ -65,7 +65,7 @@ function withCpu() {
     state.message = data.error ?? "";
     notice.textContent = data.error ?? reason;
     if (data.error) {
-      // What is shown stays; the next change may be better.
+      // Keep what is shown; the next change may be better.
       if (wanted.length) send();
       return;
     }
@@ -132,7 +132,7 @@ function download(name, blob) {
   anchor.href = URL.createObjectURL(blob);
   anchor.download = name;
   anchor.click();
-  // The browser may begin to read it a moment later.
+  // The browser may start reading a moment later.
   setTimeout(() => URL.revokeObjectURL(anchor.href), 60_000);
 }
 

@@ -1,4 +1,4 @@
-// Draws pictures by the CPU, away from the page.
+// Renders on the CPU, off the page's thread.
 import load, { CpuPage } from "./relievo_page.js";
 
 await load();

@@ -1,19 +1,19 @@
-//! What an object's errors are likely to be, from what a picture shows of it.
+//! Predicts an object's error from its [`ScreenMetrics`].
 //!
-//! The error in pixels follows a power law in three numbers of the [`View`],
-//! within a wide spread: it is an error of the worst pixels, and depends on
-//! whether an edge of the pattern lies there. So the model says which tiers are
-//! not worth a trial; a trial says which keeps the budget.
+//! The error in pixels follows a power law in three of the metrics, with a wide
+//! spread: it is an error of the worst pixels, and depends on whether an edge of
+//! the pattern lies there. The model therefore only excludes tiers that are not
+//! worth a trial; a trial decides whether a tier keeps the budget.
 
-use super::View;
+use super::metrics::ScreenMetrics;
 use glam::{DMat4, DVec4};
 
-/// Errors below this are not told apart, pixels.
+/// Smaller errors are clamped to this, pixels.
 const LEAST: f64 = 0.01;
-/// Errors above this are not told apart, pixels.
+/// Larger errors are clamped to this, pixels.
 const LARGEST: f64 = 6.0;
 
-/// Shares of the fitted cases that lie below the low and above the high bound.
+/// Share of the fitted cases below the low bound, and share above the high one.
 const BEYOND: f64 = 0.02;
 
 /// A power law and its spread.
@@ -22,9 +22,9 @@ pub struct Model {
     /// ln error = these · (1, ln facet_px, ln way_px, ln slant), with
     /// each of the three at least 0.0001.
     pub coefficients: [f64; 4],
-    /// All but one in fifty errors are at least this times what the law says.
+    /// 0.02 quantile of actual error / predicted error.
     pub low: f64,
-    /// All but one in fifty errors are at most this times what the law says.
+    /// 0.98 quantile of actual error / predicted error.
     pub high: f64,
 }
 
@@ -44,36 +44,37 @@ pub const FAST: Model = Model {
     high: 13.0,
 };
 
-fn terms(view: &View) -> DVec4 {
+fn terms(metrics: &ScreenMetrics) -> DVec4 {
     let logarithm = |x: f64| x.max(1e-4).ln();
     DVec4::new(
         1.0,
-        logarithm(view.facet_px),
-        logarithm(view.way_px),
-        logarithm(view.slant),
+        logarithm(metrics.facet_px),
+        logarithm(metrics.way_px),
+        logarithm(metrics.slant),
     )
 }
 
 impl Model {
-    /// The likely error, pixels.
-    pub fn predict(&self, view: &View) -> f64 {
-        let exponent = DVec4::from_array(self.coefficients).dot(terms(view));
+    /// Returns the predicted error, pixels.
+    pub fn predict(&self, metrics: &ScreenMetrics) -> f64 {
+        let exponent = DVec4::from_array(self.coefficients).dot(terms(metrics));
         exponent.exp().clamp(LEAST, LARGEST)
     }
 
-    /// Whether an error within `budget` pixels is likely enough for a trial.
-    pub fn may_keep(&self, view: &View, budget: f64) -> bool {
-        self.predict(view) * self.low <= budget
+    /// Returns whether an error within `budget` pixels is likely enough for a
+    /// trial.
+    pub fn may_keep(&self, metrics: &ScreenMetrics, budget: f64) -> bool {
+        self.predict(metrics) * self.low <= budget
     }
 
-    /// The law that fits `cases` (what was seen, and the error in pixels) best
-    /// in the mean square of its logarithm; `None` where they are too few.
-    pub fn fit(cases: &[(View, f64)]) -> Option<Model> {
+    /// Fits the model to `cases` (metrics, and the error in pixels) by least
+    /// squares of the logarithm; `None` for too few or too similar cases.
+    pub fn fit(cases: &[(ScreenMetrics, f64)]) -> Option<Model> {
         let logarithm = |error: f64| error.clamp(LEAST, LARGEST).ln();
         let mut normal = DMat4::ZERO;
         let mut right = DVec4::ZERO;
-        for (view, error) in cases {
-            let row = terms(view);
+        for (metrics, error) in cases {
+            let row = terms(metrics);
             normal += DMat4::from_cols(row * row.x, row * row.y, row * row.z, row * row.w);
             right += row * logarithm(*error);
         }
@@ -83,7 +84,7 @@ impl Model {
         let coefficients = normal.inverse() * right;
         let mut ratios: Vec<f64> = cases
             .iter()
-            .map(|(view, error)| (logarithm(*error) - coefficients.dot(terms(view))).exp())
+            .map(|(metrics, error)| (logarithm(*error) - coefficients.dot(terms(metrics))).exp())
             .collect();
         ratios.sort_by(f64::total_cmp);
         let last = (ratios.len() - 1) as f64;
@@ -99,11 +100,11 @@ impl Model {
 mod tests {
     use super::*;
 
-    fn views() -> Vec<View> {
+    fn cases() -> Vec<ScreenMetrics> {
         let mut random = fastrand::Rng::with_seed(5);
         let mut any = || (8.0 * random.f64() - 4.0f64).exp();
         (0..50)
-            .map(|_| View {
+            .map(|_| ScreenMetrics {
                 rays: 100,
                 facet_px: any(),
                 way_px: any(),
@@ -120,27 +121,31 @@ mod tests {
             low: 1.0,
             high: 1.0,
         };
-        let cases: Vec<_> = views()
+        let cases: Vec<_> = cases()
             .into_iter()
-            .map(|view| (view, law.predict(&view)))
+            .map(|metrics| (metrics, law.predict(&metrics)))
             .collect();
         let found = Model::fit(&cases).unwrap();
         for (found, wanted) in found.coefficients.iter().zip(law.coefficients) {
             assert!((found - wanted).abs() < 1e-6, "{found} {wanted}");
         }
         assert!((found.low - 1.0).abs() < 1e-6 && (found.high - 1.0).abs() < 1e-6);
-        assert!(cases.iter().all(|(view, error)| law.may_keep(view, *error)));
+        assert!(
+            cases
+                .iter()
+                .all(|(metrics, error)| law.may_keep(metrics, *error))
+        );
         assert!(
             !cases
                 .iter()
-                .any(|(view, error)| law.may_keep(view, 0.9 * error))
+                .any(|(metrics, error)| law.may_keep(metrics, 0.9 * error))
         );
     }
 
     #[test]
     fn too_few_or_equal_cases_are_no_law() {
-        let view = views()[0];
-        assert_eq!(Model::fit(&[(view, 1.0); 3]), None);
-        assert_eq!(Model::fit(&[(view, 1.0); 30]), None);
+        let metrics = cases()[0];
+        assert_eq!(Model::fit(&[(metrics, 1.0); 3]), None);
+        assert_eq!(Model::fit(&[(metrics, 1.0); 30]), None);
     }
 }

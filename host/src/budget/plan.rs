@@ -1,48 +1,130 @@
-//! The cheapest way to draw an object whose trial keeps the budget.
+//! Plans the cheapest way to draw each object whose trial keeps its budget.
 
-use super::recipe::recipes;
-use super::trial::{FEW_RAYS, Judge, MANY_RAYS};
-use super::{Recipe, Trial, View};
+use super::metrics::{ScreenMetrics, measure};
+use super::recipe::{Recipe, recipes};
+use super::trial::{Evaluator, FEW_RAYS, MANY_RAYS, Trial};
 use crate::Error;
-use crate::prepare::{PreparedObject, PreparedScene};
-use crate::scene::{MapOptions, SceneObject, Tier};
+use crate::prepare::{Assets, LoadedScene, PreparedObject, PreparedScene, Step};
+use crate::scene::{MapOptions, Scene, SceneObject, Tier};
 use std::fmt;
 
-/// Steps beside twice those that a trial's rays took.
+/// Steps added to twice the steps of a trial's rays.
 const SPARE_STEPS: u32 = 16;
+
+/// A prepared scene, and the plans of its objects.
+pub struct PlannedScene {
+    /// The scene, ready for a renderer.
+    pub scene: PreparedScene,
+    /// One for each of the scene's objects; `None` for objects without a budget.
+    pub plans: Vec<Option<Plan>>,
+}
 
 /// How an object with a budget is drawn.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
-    /// How wrong it may be, pixels.
+    /// Largest allowed error, pixels.
     pub budget: f64,
     /// How it is drawn.
     pub recipe: Recipe,
-    /// What the picture shows of it.
-    pub view: View,
-    /// What was tried, in turn; the last is what is drawn. Empty where there is
-    /// nothing to judge by.
+    /// Measurements of the object in the picture.
+    pub metrics: ScreenMetrics,
+    /// What was tried, in order; the last one is drawn. `None` where the map
+    /// cannot hold the extrusion. Empty if there is no reference.
     pub trials: Vec<(Recipe, Option<Trial>)>,
     /// Whether the budget will be kept.
     pub promise: Promise,
 }
 
-/// What a [`Plan`] says of its budget before anything is drawn.
+/// Prediction of a [`Plan`] about its budget.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Promise {
-    /// It is kept.
+    /// The budget is kept.
     Kept,
-    /// It may not be kept, and why.
+    /// The budget may be exceeded, and why.
     Doubtful(String),
 }
 
-/// Plans for `object` with a `budget`, of which the picture shows `view`;
-/// `map` as for [`recipes`], `make` prepares it as drawn in a certain way, and
-/// `scene` is what it lies in. The second answer is the object as planned.
-pub(crate) fn plan(
+/// Loads `scene`, plans its objects that have a budget, and prepares all.
+/// `progress` may be called from any thread.
+///
+/// Scenes without budgets are prepared as by [`crate::prepare::prepare`].
+///
+/// # Errors
+/// [`Error`] for the first object whose files or parameters cannot be used.
+pub fn plan(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<PlannedScene, Error> {
+    plan_with(scene, &mut Assets::default(), progress)
+}
+
+/// Like [`plan`], reusing unchanged `assets` as
+/// [`crate::prepare::prepare_with`] does.
+///
+/// # Errors
+/// As [`plan`].
+pub fn plan_with(
+    scene: &Scene,
+    assets: &mut Assets,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<PlannedScene, Error> {
+    let mut loaded = LoadedScene::load(scene, assets, progress)?;
+    let planned = plan_loaded(scene, &mut loaded, progress)?;
+    *assets = loaded.into_assets();
+    Ok(planned)
+}
+
+/// Like [`plan`], without the objects outside the picture, as
+/// [`crate::prepare::prepare_view`] does.
+///
+/// # Errors
+/// As [`plan`], except for errors in preparing what is outside the picture.
+pub fn plan_view(scene: &Scene, progress: &(dyn Fn(Step) + Sync)) -> Result<PlannedScene, Error> {
+    plan_loaded(
+        scene,
+        &mut LoadedScene::load_view(scene, progress)?,
+        progress,
+    )
+}
+
+fn plan_loaded(
+    scene: &Scene,
+    loaded: &mut LoadedScene<'_>,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<PlannedScene, Error> {
+    let prepared = loaded.prepare()?;
+    let mut planned = PlannedScene {
+        plans: vec![None; prepared.objects.len()],
+        scene: prepared,
+    };
+    if scene.objects.iter().all(|object| object.budget.is_none()) {
+        return Ok(planned);
+    }
+    let metrics = measure(&planned.scene);
+    for (index, metrics) in metrics.into_iter().enumerate() {
+        let PreparedObject { number, mesh, .. } = &planned.scene.objects[index];
+        let (number, mesh) = (*number, mesh.clone());
+        let object = &scene.objects[number];
+        let Some(budget) = object.budget else {
+            continue;
+        };
+        progress(Step::Plan(object.name.clone()));
+        let map = loaded.pattern_size(object);
+        let mut make = |object: &SceneObject| loaded.object(number, object, mesh.clone());
+        let (plan, drawn) = plan_object(object, budget, metrics, map, &planned.scene, &mut make)?;
+        tracing::info!("{:?}: {plan}", object.name);
+        planned.plans[index] = Some(plan);
+        planned.scene.objects[index] = drawn;
+    }
+    planned.scene.preparation = loaded.elapsed();
+    Ok(planned)
+}
+
+/// Plans `object` with a `budget` in pixels, and prepares it as planned.
+///
+/// `map` is as for [`recipes`], `make` prepares a variation of the object, and
+/// `scene` is the scene that contains it.
+fn plan_object(
     object: &SceneObject,
     budget: f64,
-    view: View,
+    metrics: ScreenMetrics,
     map: Option<[u32; 2]>,
     scene: &PreparedScene,
     make: &mut dyn FnMut(&SceneObject) -> Result<PreparedObject, Error>,
@@ -51,16 +133,16 @@ pub(crate) fn plan(
     let reference = match make(&Recipe::plain(Tier::Accurate, finest).of(object)) {
         Ok(reference) => scene.alone(reference),
         Err(Error::Object { problem, .. }) => {
-            return untried(object, budget, view, Vec::new(), problem, make);
+            return untried(object, budget, metrics, Vec::new(), problem, make);
         }
         Err(error) => return Err(error),
     };
-    let judge = Judge::new(&reference, FEW_RAYS);
-    let mut careful_judge = None;
+    let evaluator = Evaluator::new(&reference, FEW_RAYS);
+    let mut finer_evaluator = None;
     let mut trials = Vec::new();
     let mut last: Option<(Recipe, Trial, PreparedObject)> = None;
-    for recipe in recipes(&view, budget, map) {
-        // What is far too wrong in one tier is so with more care, too.
+    for recipe in recipes(&metrics, budget, map) {
+        // A tier whose error is far too large stays so with a smaller tolerance.
         if let Some((other, trial, _)) = &last
             && other.tier == recipe.tier
             && !trial.is_near()
@@ -77,10 +159,11 @@ pub(crate) fn plan(
             Err(error) => return Err(error),
         };
         let mut drawn = scene.alone(drawn);
-        let mut trial = judge.judge(&mut drawn, budget)?;
+        let mut trial = evaluator.evaluate(&mut drawn, budget)?;
         if trial.is_doubtful() {
-            let judge = careful_judge.get_or_insert_with(|| Judge::new(&reference, MANY_RAYS));
-            trial = judge.judge(&mut drawn, budget)?;
+            let finer =
+                finer_evaluator.get_or_insert_with(|| Evaluator::new(&reference, MANY_RAYS));
+            trial = finer.evaluate(&mut drawn, budget)?;
         }
         trials.push((recipe, Some(trial)));
         last = Some((recipe, trial, drawn.objects.remove(0)));
@@ -90,7 +173,7 @@ pub(crate) fn plan(
     }
     let Some((mut recipe, trial, mut drawn)) = last else {
         let reason = "nothing could be tried".to_string();
-        return untried(object, budget, view, trials, reason, make);
+        return untried(object, budget, metrics, trials, reason, make);
     };
     let promise = if trial.keeps() {
         recipe.steps = recipe.steps.min(2 * trial.steps + SPARE_STEPS);
@@ -105,19 +188,19 @@ pub(crate) fn plan(
     let plan = Plan {
         budget,
         recipe,
-        view,
+        metrics,
         trials,
         promise,
     };
     Ok((plan, drawn))
 }
 
-/// The plan where no trial says anything, for that `reason`: the fast tier, and
-/// no promise.
+/// Plans the fast tier without a promise, where no trial is possible for
+/// `reason`.
 fn untried(
     object: &SceneObject,
     budget: f64,
-    view: View,
+    metrics: ScreenMetrics,
     trials: Vec<(Recipe, Option<Trial>)>,
     reason: String,
     make: &mut dyn FnMut(&SceneObject) -> Result<PreparedObject, Error>,
@@ -127,7 +210,7 @@ fn untried(
     let plan = Plan {
         budget,
         recipe,
-        view,
+        metrics,
         trials,
         promise: Promise::Doubtful(reason),
     };

@@ -1,5 +1,5 @@
-//! Random scenes: one mesh of this project, carved with one of its patterns,
-//! seen from anywhere. The planner is fitted to some, and held to others.
+//! Random scenes of one mesh and one pattern of this project, to fit and to test
+//! the planner.
 
 use crate::prepare::rotation;
 use glam::DVec3;
@@ -18,13 +18,13 @@ const PATTERNS: [&str; 6] = [
     "discs", "letters", "bricks", "windows", "hexagons", "lattice",
 ];
 
-/// The text of random scene number `number` of the series `series`, to be
-/// parsed as if it lay in `assets/scenes`; a picture of `size` pixels.
+/// Returns the text of random scene `number` of `series`, to be parsed as a file
+/// of `assets/scenes`, for a picture of `size` pixels.
 ///
 /// Distances go from close-ups to far away, fields of view from a telephoto
 /// lens to a wide one, and depths from a scratch to a deep relief.
 pub fn random_scene(series: u64, number: u64, size: [u32; 2]) -> String {
-    // Mixed by the generator itself, so that numbers beside each other differ.
+    // The generator mixes the seed, so that consecutive numbers differ.
     let mut random = fastrand::Rng::with_seed(
         fastrand::Rng::with_seed(series)
             .u64(..)
@@ -39,8 +39,8 @@ pub fn random_scene(series: u64, number: u64, size: [u32; 2]) -> String {
     let mesh = MESHES[random.usize(..MESHES.len())];
     let pattern = PATTERNS[random.usize(..PATTERNS.len())];
     let mut signed = || 2.0 * random.f64() - 1.0;
-    // In the mesh's own frame: what is open is seen from its front, since what
-    // a ray meets that comes from below the floor is nobody's definition.
+    // In the mesh's own frame. Open meshes are seen from their front: a hit from
+    // below the floor is not defined.
     let (y, angle) = (signed(), std::f64::consts::PI * signed());
     let y = match mesh {
         "plane" => 0.54 + 0.46 * y,
@@ -50,7 +50,7 @@ pub fn random_scene(series: u64, number: u64, size: [u32; 2]) -> String {
     };
     let around = (1.0 - y * y).sqrt();
     let eye = distance * DVec3::new(around * angle.cos(), y, around * angle.sin());
-    // Past the middle: also outlines are looked at closely.
+    // Off centre, so that some scenes show outlines closely.
     let target = 0.5 * DVec3::new(signed(), signed(), signed());
     let rotate = [signed(), signed(), signed()].map(|x| 180.0 * x);
     let turned = rotation(rotate);

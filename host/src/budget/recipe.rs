@@ -1,48 +1,51 @@
 //! Ways to draw an object, from cheap to dear.
 
-use super::{FAST, PLANAR, View};
+use super::metrics::ScreenMetrics;
+use super::model::{FAST, PLANAR};
+use crate::scene::keys::TOLERANCES;
 use crate::scene::{MapOptions, SceneObject, Tier};
 use crate::shape_map::Storage;
 use std::fmt;
 
-/// A share of the budget that a search may end before its place by. Where rays
-/// graze, that is seen several times as large.
+/// Slack as a share of the budget. At grazing angles the error in the picture is
+/// several times as large.
 const SLACK: f64 = 0.04;
-/// A share of the budget that a texel's stored distance may be wrong by.
+/// Quantisation error of a texel's distance as a share of the budget.
 const QUANTUM: f64 = 0.1;
 /// Largest step of 8-bit codes, texels.
 const COARSEST_STEP: f64 = 0.5;
-/// A share of the budget that rays may be searched beside their places by.
+/// Tolerance as a share of the budget.
 const TOLERANCE: f64 = 0.25;
-/// The accurate tier at its most careful: its tolerance, pixels.
-const CAREFUL: f64 = 0.01;
-/// Texels that the shorter side of a reduced map keeps.
+/// Smallest tolerance of the accurate tier that is planned, pixels.
+const LEAST_TOLERANCE: f64 = 0.01;
+/// Minimum length of the shorter side of a reduced map, texels.
 const LEAST_SIDE: u32 = 16;
 
-/// What decides how wrong an object is, and what it costs.
+/// The parameters of an object that decide its error and its cost.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recipe {
     /// The model of the surface.
     pub tier: Tier,
-    /// How far beside its place a ray may be searched, in the accurate tier, pixels.
+    /// Tolerance of the accurate tier: how far beside its true position a ray may
+    /// be traced, pixels.
     pub tolerance: f64,
-    /// How far before its place a search may end, pixels.
+    /// Slack: how far before the surface a search may end, pixels.
     pub slack: f64,
-    /// Largest number of steps of the linear search.
+    /// Maximum number of steps of the linear search.
     pub steps: u32,
-    /// Bisections after it, at most.
+    /// Maximum number of bisections after it.
     pub bisections: u32,
-    /// How the pattern is stored.
+    /// How the shape map is made of a plain pattern.
     pub map: MapOptions,
 }
 
 impl Recipe {
-    /// `tier` as it is where nobody chooses.
+    /// Returns `tier` with the smallest tolerance, no slack and default steps.
     pub fn plain(tier: Tier, map: MapOptions) -> Recipe {
         let (steps, bisections) = tier.default_effort();
         Recipe {
             tier,
-            tolerance: CAREFUL,
+            tolerance: LEAST_TOLERANCE,
             slack: 0.0,
             steps,
             bisections,
@@ -50,8 +53,10 @@ impl Recipe {
         }
     }
 
-    /// `object`, drawn so.
+    /// Returns `object` drawn by this recipe, without a budget.
     pub fn of(&self, object: &SceneObject) -> SceneObject {
+        let mut drawn = object.clone();
+        drawn.reset_planned();
         SceneObject {
             tier: self.tier,
             tolerance: self.tolerance,
@@ -60,8 +65,7 @@ impl Recipe {
             bisections: self.bisections,
             map: self.map,
             budget: None,
-            clamp_depth: false,
-            ..object.clone()
+            ..drawn
         }
     }
 }
@@ -84,16 +88,18 @@ impl fmt::Display for Recipe {
     }
 }
 
-/// What is worth a trial for `budget` pixels where `view` is shown: each tier,
-/// first as sloppy as the budget may allow, then as careful as it can be.
-/// `map` is the size of a plain pattern's map, texels; none where the map is
-/// baked and taken as it is.
-pub(super) fn recipes(view: &View, budget: f64, map: Option<[u32; 2]>) -> Vec<Recipe> {
+/// Returns the recipes worth a trial for `budget` pixels, from cheap to
+/// expensive: each tier with the largest tolerances that the budget may allow,
+/// then with smaller ones, then with the smallest.
+///
+/// `map` is the size of a plain pattern's map, texels; `None` if the map is baked
+/// and used as it is.
+pub(super) fn recipes(metrics: &ScreenMetrics, budget: f64, map: Option<[u32; 2]>) -> Vec<Recipe> {
     let plain_map = MapOptions::default();
-    let sloppy_map = map.map_or(plain_map, |size| sloppy_map(view, budget, size));
+    let sloppy_map = map.map_or(plain_map, |size| sloppy_map(metrics, budget, size));
     let tiers = [
-        (Tier::Planar, PLANAR.may_keep(view, budget)),
-        (Tier::Fast, FAST.may_keep(view, budget)),
+        (Tier::Planar, PLANAR.may_keep(metrics, budget)),
+        (Tier::Fast, FAST.may_keep(metrics, budget)),
         (Tier::Accurate, true),
     ];
     let worthy = tiers.into_iter().filter(|(_, may_keep)| *may_keep);
@@ -101,14 +107,15 @@ pub(super) fn recipes(view: &View, budget: f64, map: Option<[u32; 2]>) -> Vec<Re
         .flat_map(|(tier, _)| {
             let careful = Recipe::plain(tier, plain_map);
             let slack = SLACK * budget;
+            let tolerance = |share: f64| (share * budget).clamp(TOLERANCES.0, TOLERANCES.1);
             let sloppy = Recipe {
-                tolerance: (TOLERANCE * budget).clamp(1e-4, 16.0),
+                tolerance: tolerance(TOLERANCE),
                 slack,
                 map: sloppy_map,
                 ..careful
             };
             let less = Recipe {
-                tolerance: (0.5 * TOLERANCE * budget).clamp(1e-4, 16.0),
+                tolerance: tolerance(0.5 * TOLERANCE),
                 slack: 0.2 * slack,
                 ..careful
             };
@@ -117,10 +124,10 @@ pub(super) fn recipes(view: &View, budget: f64, map: Option<[u32; 2]>) -> Vec<Re
         .collect()
 }
 
-/// The smallest map whose texels are told apart finely enough.
-fn sloppy_map(view: &View, budget: f64, size: [u32; 2]) -> MapOptions {
+/// Returns the smallest map whose quantisation error keeps within [`QUANTUM`].
+fn sloppy_map(metrics: &ScreenMetrics, budget: f64, size: [u32; 2]) -> MapOptions {
     let is_fine = |reduction: u32| {
-        COARSEST_STEP * f64::from(reduction) * view.texel_px <= QUANTUM * budget
+        COARSEST_STEP * f64::from(reduction) * metrics.texel_px <= QUANTUM * budget
             && size
                 .iter()
                 .all(|side| side.is_multiple_of(reduction) && side / reduction >= LEAST_SIDE)
@@ -142,8 +149,8 @@ fn sloppy_map(view: &View, budget: f64, size: [u32; 2]) -> MapOptions {
 mod tests {
     use super::*;
 
-    fn view(texel_px: f64) -> View {
-        View {
+    fn metrics(texel_px: f64) -> ScreenMetrics {
+        ScreenMetrics {
             rays: 100,
             facet_px: 0.01,
             way_px: 0.01,
@@ -155,7 +162,7 @@ mod tests {
     #[test]
     fn the_dearest_choice_is_the_most_careful_and_always_there() {
         for budget in [0.01, 0.5, 100.0] {
-            let all = recipes(&view(1.0), budget, Some([64, 64]));
+            let all = recipes(&metrics(1.0), budget, Some([64, 64]));
             let last = all.last().unwrap();
             assert_eq!(*last, Recipe::plain(Tier::Accurate, MapOptions::default()));
         }
@@ -163,7 +170,7 @@ mod tests {
 
     #[test]
     fn maps_shrink_as_texels_do() {
-        let map = |texel_px, budget| sloppy_map(&view(texel_px), budget, [256, 64]);
+        let map = |texel_px, budget| sloppy_map(&metrics(texel_px), budget, [256, 64]);
         assert_eq!(map(1.0, 0.5), MapOptions::default());
         let eight = |reduction| MapOptions {
             storage: Storage::R8,
@@ -173,6 +180,6 @@ mod tests {
         assert_eq!(map(0.02, 0.5), eight(4));
         // No smaller than LEAST_SIDE.
         assert_eq!(map(1e-6, 0.5), eight(4));
-        assert_eq!(sloppy_map(&view(0.01), 0.5, [255, 64]), eight(1));
+        assert_eq!(sloppy_map(&metrics(0.01), 0.5, [255, 64]), eight(1));
     }
 }

@@ -1,53 +1,56 @@
-//! Random scenes, measured: what the model is fitted to, and whether plans
-//! hold what they promise.
+//! Measures random scenes: to fit the model, and to check that plans keep their
+//! promises.
 
-use super::trial::Judge;
-use super::{Plan, Promise, Recipe, View, look, random_scene};
+use super::metrics::{ScreenMetrics, measure};
+use super::plan::{Plan, Promise, plan};
+use super::random::random_scene;
+use super::recipe::Recipe;
+use super::trial::Evaluator;
 use crate::Error;
 use crate::oracle::SHARE;
 use crate::prepare::{PreparedScene, prepare};
 use crate::scene::{MapOptions, Scene, Tier};
 use std::path::Path;
 
-/// Errors are looked for up to this, pixels.
+/// Largest error that is measured, pixels.
 const LARGEST: f64 = 2.0;
 
-/// A random scene, and what it should look like.
+/// A random scene, and its most accurate form.
 pub struct Study {
     /// The scene.
     pub scene: Scene,
-    /// As accurate as can be; none where prisms of that depth cannot be made.
+    /// `None` where prisms of that depth cannot be made.
     reference: Option<PreparedScene>,
 }
 
-/// A planned picture of a [`Study`], held to its promise.
+/// A plan of a [`Study`], and its actual error.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Held {
     /// The plan.
     pub plan: Plan,
-    /// The share of all pixels that is wrong by more than the budget; none where
-    /// nothing knows the truth.
+    /// Share of all pixels whose error exceeds the budget; `None` without a
+    /// reference.
     pub share_above: Option<f64>,
 }
 
 impl Held {
-    /// Whether the budget is kept.
+    /// Returns whether the budget is kept.
     pub fn is_kept(&self) -> bool {
         self.share_above.is_some_and(|share| share <= 1.0 - SHARE)
     }
 
-    /// Whether the plan said what has come true: it promised only what is kept.
+    /// Returns whether the plan made no promise that is not kept.
     pub fn is_honest(&self) -> bool {
         self.is_kept() || self.plan.promise != Promise::Kept
     }
 }
 
 impl Study {
-    /// Random scene `number` of `series`, with this project's `assets`; pictures
-    /// of `size` pixels.
+    /// Loads random scene `number` of `series` with this project's `assets`, for
+    /// pictures of `size` pixels.
     ///
     /// # Errors
-    /// [`Error`] where the assets are not there.
+    /// [`Error`] where the assets cannot be loaded.
     pub fn new(series: u64, number: u64, size: [u32; 2], assets: &Path) -> Result<Study, Error> {
         let text = random_scene(series, number, size);
         let scene = Scene::parse(&text, &assets.join("scenes/random.toml"))?;
@@ -60,22 +63,22 @@ impl Study {
         Ok(Study { scene, reference })
     }
 
-    /// Whether the truth is known.
+    /// Returns whether there is a reference.
     pub fn has_truth(&self) -> bool {
         self.reference.is_some()
     }
 
-    /// What the picture shows.
+    /// Measures the object in the picture.
     ///
     /// # Errors
     /// As [`prepare`].
-    pub fn view(&self) -> Result<View, Error> {
+    pub fn metrics(&self) -> Result<ScreenMetrics, Error> {
         let plain = Recipe::plain(Tier::Fast, MapOptions::default());
-        let views = look(&drawn(&self.scene, &plain)?);
-        Ok(views.first().copied().unwrap_or_default())
+        let metrics = measure(&drawn(&self.scene, &plain)?);
+        Ok(metrics.first().copied().unwrap_or_default())
     }
 
-    /// The scene, drawn by `recipe`.
+    /// Prepares the scene with `recipe`.
     ///
     /// # Errors
     /// As [`prepare`].
@@ -83,30 +86,30 @@ impl Study {
         drawn(&self.scene, recipe)
     }
 
-    /// How wrong the pictures of `recipes` are, pixels (see
+    /// Measures the errors of the pictures of `recipes`, pixels (see
     /// [`crate::oracle::Displacements::error_px`]); infinity for those that
-    /// cannot be drawn. Nothing where the truth is not known.
+    /// cannot be drawn. Empty without a reference.
     ///
     /// # Errors
     /// As [`prepare`] and [`crate::render::Renderer::geometry`].
     pub fn errors_px(&self, recipes: &[Recipe]) -> Result<Vec<f64>, Error> {
-        self.each(recipes, |judge, prepared| {
-            Ok(judge.displacements(prepared, LARGEST)?.error_px())
+        self.each(recipes, |evaluator, prepared| {
+            Ok(evaluator.displacements(prepared, LARGEST)?.error_px())
         })
     }
 
-    /// The least of `budgets` (pixels, in growing order) that the picture of each
-    /// of `recipes` keeps; infinity where it keeps none or cannot be drawn.
-    /// Nothing where the truth is not known.
+    /// Returns the smallest of `budgets` (pixels, ascending) that the picture of
+    /// each of `recipes` keeps; infinity where it keeps none or cannot be drawn.
+    /// Empty without a reference.
     ///
     /// # Errors
     /// As [`Study::errors_px`].
     pub fn kept(&self, recipes: &[Recipe], budgets: &[f64]) -> Result<Vec<f64>, Error> {
-        self.each(recipes, |judge, prepared| {
+        self.each(recipes, |evaluator, prepared| {
             let mut least = f64::INFINITY;
-            // The largest first: what does not keep that is soon known.
+            // The largest first: a failure there is found fastest.
             for &budget in budgets.iter().rev() {
-                if judge.judge(prepared, budget)?.share_above > 1.0 - SHARE {
+                if evaluator.evaluate(prepared, budget)?.share_above > 1.0 - SHARE {
                     break;
                 }
                 least = budget;
@@ -115,43 +118,46 @@ impl Study {
         })
     }
 
-    /// What `value` says of the picture of each of `recipes`; infinity for those
-    /// that cannot be drawn. Nothing where the truth is not known.
+    /// Calls `value` for each of `recipes`; infinity for those that cannot be
+    /// drawn. Empty without a reference.
     fn each(
         &self,
         recipes: &[Recipe],
-        value: impl Fn(&Judge<'_>, &mut PreparedScene) -> Result<f64, Error>,
+        value: impl Fn(&Evaluator<'_>, &mut PreparedScene) -> Result<f64, Error>,
     ) -> Result<Vec<f64>, Error> {
-        let Some(judge) = self.reference.as_ref().map(Judge::of_every_pixel) else {
+        let Some(evaluator) = self.reference.as_ref().map(Evaluator::of_every_pixel) else {
             return Ok(Vec::new());
         };
         let value = |recipe: &Recipe| match self.drawn(recipe) {
-            Ok(mut prepared) => value(&judge, &mut prepared),
+            Ok(mut prepared) => value(&evaluator, &mut prepared),
             Err(Error::Object { .. }) => Ok(f64::INFINITY),
             Err(error) => Err(error),
         };
         recipes.iter().map(value).collect()
     }
 
-    /// Plans for each of `budgets` (pixels), and judges every pixel of what
-    /// comes of it.
+    /// Plans for each of `budgets` (pixels), and measures every pixel of the
+    /// result.
     ///
     /// # Errors
     /// As [`Study::errors_px`].
     pub fn hold(&self, budgets: &[f64]) -> Result<Vec<Held>, Error> {
-        let judge = self.reference.as_ref().map(Judge::of_every_pixel);
+        let evaluator = self.reference.as_ref().map(Evaluator::of_every_pixel);
         let held = |budget: &f64| {
             let mut scene = self.scene.clone();
             for object in &mut scene.objects {
                 object.budget = Some(*budget);
             }
-            let mut prepared = prepare(&scene, &|_| ())?;
-            let share_above = match &judge {
-                Some(judge) => Some(judge.judge(&mut prepared, *budget)?.share_above),
+            let mut planned = plan(&scene, &|_| ())?;
+            let share_above = match &evaluator {
+                Some(evaluator) => {
+                    let trial = evaluator.evaluate(&mut planned.scene, *budget)?;
+                    Some(trial.share_above)
+                }
                 None => None,
             };
-            let planned = prepared.objects.into_iter().find_map(|object| object.plan);
-            Ok(planned.map(|plan| Held { plan, share_above }))
+            let plan = planned.plans.into_iter().flatten().next();
+            Ok(plan.map(|plan| Held { plan, share_above }))
         };
         budgets
             .iter()

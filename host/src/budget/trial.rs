@@ -1,6 +1,6 @@
-//! How wrong a way to draw an object is, on some of the picture's own rays.
+//! Measures the error of a recipe on some of the picture's own rays.
 
-use super::view::thinned;
+use super::metrics::thinned;
 use crate::mesh::Bounds;
 use crate::oracle::{Displacements, MeshOracle, SHARE, Truth};
 use crate::prepare::PreparedScene;
@@ -8,40 +8,40 @@ use crate::render::{CpuRenderer, GeometryWords, RenderError, Renderer};
 use glam::DVec3;
 use relievo_shared::layout::Frame;
 
-/// Rays of a first trial, roughly, where the object may cover more pixels.
+/// Approximate number of rays of a first trial.
 pub(super) const FEW_RAYS: f64 = 5_000.0;
-/// Rays of a second one, where the first leaves a doubt.
+/// Approximate number of rays of a second trial, if the first is inconclusive.
 pub(super) const MANY_RAYS: f64 = 20_000.0;
 
-/// Standard deviations by which a share of some rays may differ from that of
-/// all pixels: one in two hundred does by more.
+/// Confidence of a trial in standard deviations: the share on the trial's rays
+/// and the share on all pixels differ by more in 1 of 200 cases.
 const DOUBT: f64 = 2.6;
 
-/// What a trial found.
+/// Result of a trial.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Trial {
-    /// Rays on which the object or what it should be is seen.
+    /// Rays on which the picture or the truth shows the object.
     pub rays: usize,
-    /// Pixels of the picture for each ray.
+    /// Pixels of the picture per ray.
     pub pixels_per_ray: f64,
-    /// The share of them that is wrong by more than the budget.
+    /// Share of the rays whose error exceeds the budget.
     pub share_above: f64,
-    /// Most steps of the linear search on any of them.
+    /// Maximum number of steps of the linear search on any ray.
     pub steps: u32,
 }
 
 impl Trial {
-    /// Whether more care may help: not where far too much is wrong.
+    /// Returns whether smaller tolerances may help.
     pub(super) fn is_near(&self) -> bool {
         self.share_above <= 3.0 * (1.0 - SHARE)
     }
 
-    /// Whether more rays may tell whether the picture keeps the budget.
+    /// Returns whether a trial with more rays may succeed.
     pub(super) fn is_doubtful(&self) -> bool {
         !self.keeps() && self.share_above <= 1.0 - SHARE && self.pixels_per_ray > 1.0
     }
 
-    /// Whether the picture keeps the budget, as far as one can tell from the rays.
+    /// Returns whether the picture keeps the budget, with confidence `DOUBT`.
     pub fn keeps(&self) -> bool {
         let allowed = 1.0 - SHARE;
         let doubt = if self.pixels_per_ray > 1.0 {
@@ -53,8 +53,8 @@ impl Trial {
     }
 }
 
-/// The truth on a grid of rays.
-pub(super) struct Judge<'a> {
+/// Measures errors on a grid of rays whose truth is known.
+pub(super) struct Evaluator<'a> {
     oracle: MeshOracle<'a>,
     truth: Truth,
     frame: Frame,
@@ -63,24 +63,24 @@ pub(super) struct Judge<'a> {
     eye: DVec3,
 }
 
-impl<'a> Judge<'a> {
-    /// Of the object of `reference`, which holds nothing else, in the picture
-    /// that is the scene's, on about as many `rays`.
-    pub(super) fn new(reference: &'a PreparedScene, rays: f64) -> Judge<'a> {
+impl<'a> Evaluator<'a> {
+    /// Traces the truth on about `rays` rays of the picture of `reference`, which
+    /// contains one object.
+    pub(super) fn new(reference: &'a PreparedScene, rays: f64) -> Evaluator<'a> {
         let (frame, stride) = grid(reference, rays);
-        Judge::on(reference, frame, stride)
+        Evaluator::on(reference, frame, stride)
     }
 
-    /// Of every pixel of the picture of `reference`.
-    pub(super) fn of_every_pixel(reference: &'a PreparedScene) -> Judge<'a> {
-        Judge::on(reference, reference.frame, 1.0)
+    /// Traces the truth on every pixel of the picture of `reference`.
+    pub(super) fn of_every_pixel(reference: &'a PreparedScene) -> Evaluator<'a> {
+        Evaluator::on(reference, reference.frame, 1.0)
     }
 
-    fn on(reference: &'a PreparedScene, frame: Frame, stride: f64) -> Judge<'a> {
+    fn on(reference: &'a PreparedScene, frame: Frame, stride: f64) -> Evaluator<'a> {
         let oracle = MeshOracle::new(reference);
         let eye = DVec3::from(reference.camera.eye);
         let truth = Truth::of(&oracle, eye, &frame);
-        Judge {
+        Evaluator {
             oracle,
             truth,
             frame,
@@ -89,8 +89,8 @@ impl<'a> Judge<'a> {
         }
     }
 
-    /// How wrong `scene` is, which holds the same drawn in another way.
-    pub(super) fn judge(
+    /// Measures the errors of `scene`, which is the reference with another recipe.
+    pub(super) fn evaluate(
         &self,
         scene: &mut PreparedScene,
         budget: f64,
@@ -113,7 +113,8 @@ impl<'a> Judge<'a> {
         })
     }
 
-    /// The errors of `scene` up to `largest` pixels, on a grid of every pixel.
+    /// Returns the errors of `scene` up to `largest` pixels; for evaluators of
+    /// every pixel.
     pub(super) fn displacements(
         &self,
         scene: &mut PreparedScene,
@@ -124,9 +125,9 @@ impl<'a> Judge<'a> {
         Ok(truth.displacements(oracle, self.eye, &self.frame, &words, largest))
     }
 
-    /// The picture of `scene` on these rays.
+    /// Renders `scene` on the rays of the grid.
     fn words(&self, scene: &mut PreparedScene) -> Result<GeometryWords, RenderError> {
-        // A pixel is smaller than what lies between two rays.
+        // Tolerances are in pixels of the picture, not in those of the grid.
         let objects = scene.objects.iter();
         let own: Vec<f32> = objects.map(|object| object.parameters.tolerance).collect();
         for object in &mut scene.objects {
@@ -140,8 +141,8 @@ impl<'a> Judge<'a> {
     }
 }
 
-/// A frame of about as many `rays` over the rectangle of the picture in which
-/// the only object of `scene` may be seen, and the pixels between two rays.
+/// Returns a frame of about `rays` rays over the rectangle of the picture that the
+/// only object of `scene` may cover, and the pixels between two rays.
 fn grid(scene: &PreparedScene, rays: f64) -> (Frame, f64) {
     let frame = &scene.frame;
     let [left, top, right, bottom] = rectangle(scene);
@@ -153,7 +154,8 @@ fn grid(scene: &PreparedScene, rays: f64) -> (Frame, f64) {
     (grid, stride)
 }
 
-/// Left, top, right and bottom of what the object may cover, pixels.
+/// Returns left, top, right and bottom of the rectangle that the object may
+/// cover, pixels.
 fn rectangle(scene: &PreparedScene) -> [f64; 4] {
     let frame = &scene.frame;
     let [width, height] = frame.size.map(f64::from);
@@ -199,7 +201,7 @@ fn rectangle(scene: &PreparedScene) -> [f64; 4] {
     if found[0] < found[2] && found[1] < found[3] {
         found
     } else {
-        // Beside the picture: one ray is enough to see nothing.
+        // Outside the picture: one ray is enough.
         [0.0, 0.0, 1.0, 1.0]
     }
 }

@@ -1,8 +1,9 @@
-//! What is bound where, as JSON and as Rust.
+//! Writes the bindings of an exported object as JSON and as Rust.
 
+use super::files::{DRAW_FILE, ShaderFile};
 use super::layout::{Binding, Element, Struct, bindings, structs};
 use super::shader::METAL_SIZES;
-use super::{Output, ShaderFile};
+use super::target::Output;
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::gpu::EntryPoints;
 use serde::Serialize;
@@ -16,7 +17,7 @@ struct Layout<'a> {
     format: u32,
     generator: &'static str,
     object: &'a str,
-    /// The shaders of ours that these are made of.
+    /// Entry points of Relievo's shaders that these are compiled from.
     vertex_shader: &'a str,
     fragment_shader: &'a str,
     output: &'static str,
@@ -50,7 +51,7 @@ struct Entry {
     visibility: Vec<&'static str>,
     #[serde(rename = "type")]
     kind: &'static str,
-    /// What the buffer holds: one of these, or as many as there are.
+    /// Type of the buffer's contents, or of the array's elements.
     element: &'static str,
     is_array: bool,
     element_bytes: usize,
@@ -72,7 +73,7 @@ struct FieldJson {
     offset: usize,
     #[serde(rename = "type")]
     kind: &'static str,
-    /// Sides of the array, the outermost first; empty for one of the type.
+    /// Sides of the array, the outermost first; empty for a single element.
     shape: Vec<usize>,
     unit: &'static str,
     about: &'static str,
@@ -120,19 +121,19 @@ struct Depth {
 struct Picture {
     width: u32,
     height: u32,
-    /// The middle of all objects, world units: positions are relative to it.
+    /// Centre of all objects, world units. Positions are relative to it.
     origin: [f64; 3],
 }
 
 #[derive(Serialize)]
 struct Metal {
-    /// Slot of binding 0; the others follow.
+    /// Slot of binding 0; the other bindings follow.
     first_buffer: u32,
-    /// Slot of the buffer sizes, which are declared and not read.
+    /// Slot of the buffer sizes, which are declared but never read.
     sizes_buffer: u8,
 }
 
-/// Bytes of an element of a buffer.
+/// Returns the size of a buffer's elements, bytes.
 fn element_bytes(element: Element, structs: &[Struct]) -> usize {
     match element {
         Element::F32 | Element::U32 => 4,
@@ -143,7 +144,7 @@ fn element_bytes(element: Element, structs: &[Struct]) -> usize {
     }
 }
 
-/// `layout.json` of an object of `scene`.
+/// Writes `layout.json` for an object of `scene`.
 pub(super) fn json(
     scene: &PreparedScene,
     object: &PreparedObject,
@@ -196,7 +197,7 @@ pub(super) fn json(
             vertices: 6 * object.triangles.len() as u32,
             instances: 1,
             vertices_per_facet: 6,
-            indirect: super::DRAW_FILE,
+            indirect: DRAW_FILE,
         },
         pipeline: Pipeline {
             targets: [TargetJson {
@@ -232,7 +233,7 @@ pub(super) fn json(
         structs: structs.iter().map(describe).collect(),
     };
     let mut text = serde_json::to_string_pretty(&layout)
-        .expect("texts, finite numbers and nothing else become JSON");
+        .expect("strings and finite numbers can be written as JSON");
     text.push('\n');
     text
 }
@@ -257,29 +258,30 @@ fn describe(described: &Struct) -> StructJson {
     }
 }
 
-/// `bindings.rs`: the structs, and what wgpu wants to know. It names nothing of
-/// one object but the kind of its surface, so that one build draws all exports
-/// of that kind.
+/// Writes `bindings.rs`: the structs, and constants for a wgpu pipeline. It depends
+/// on the kind of facets only, so that one program draws all objects of that kind.
 pub(super) fn rust(entry_points: EntryPoints, output: Output) -> String {
     let facets = entry_points.facets;
     let mut text = String::from(
-        "//! What the exported shaders read, and what a pipeline for them is made of.\n\
-         //! Made by `relievo export`; needs the crates `bytemuck` (with `derive`) and `wgpu`.\n\
+        "//! The structs that the exported shaders read, and constants for a pipeline.\n\
+         //! Written by `relievo export`; needs the crates `bytemuck` (with `derive`) and `wgpu`.\n\
          #![allow(dead_code)]\n\n",
     );
     let mut put = |line: &str| {
         text.push_str(line);
         text.push('\n');
     };
-    put("/// The vertex shader's entry point (in GLSL: main).");
+    put("/// Entry point of the vertex shader (in GLSL: main).");
     put("pub const VERTEX: &str = \"vs_main\";");
-    put("/// The fragment shader's entry point (in GLSL: main).");
+    put("/// Entry point of the fragment shader (in GLSL: main).");
     put("pub const FRAGMENT: &str = \"fs_main\";");
-    put("/// Vertices that are drawn for each facet, without vertex or index buffers.");
+    put("/// Number of vertices to draw per facet, without vertex or index buffers.");
     put("pub const VERTICES_PER_FACET: u32 = 6;");
-    put("/// The depth: `Greater`, cleared to 0, written by the fragment shader.");
+    put(
+        "/// Format of the depth buffer: compare `Greater`, clear to 0, written by the fragment shader.",
+    );
     put("pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;");
-    put("/// A target that holds all that the fragment shader writes.");
+    put("/// Format of a target that keeps the fragment shader's output exactly.");
     let format = match output {
         Output::Color => "Rgba32Float",
         Output::Words => "Rgba32Uint",
@@ -287,7 +289,7 @@ pub(super) fn rust(entry_points: EntryPoints, output: Output) -> String {
     put(&format!(
         "pub const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::{format};"
     ));
-    put("/// Files with the buffers of group 0, in the order of their bindings.");
+    put("/// Files with the contents of the buffers of group 0, in the order of their bindings.");
     let files = bindings(facets).map(|binding| format!("{:?}", binding.file));
     put(&format!(
         "pub const BUFFERS: [&str; 4] = [{}];",
@@ -310,7 +312,7 @@ pub(super) fn rust(entry_points: EntryPoints, output: Output) -> String {
         put("}");
     }
     put("");
-    put("/// The layout of group 0: four read-only storage buffers.");
+    put("/// Makes the layout of group 0: four read-only storage buffers.");
     put("pub fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {");
     put("    let both = wgpu::ShaderStages::VERTEX_FRAGMENT;");
     put("    let stages = [both, both, both, wgpu::ShaderStages::FRAGMENT];");

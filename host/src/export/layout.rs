@@ -1,11 +1,11 @@
-//! The structs that shaders read, as data: one table, from which the JSON, the
-//! Rust and the names in the shaders are made. Offsets are the compiler's.
+//! Describes the structs that shaders read. The JSON, the Rust and the names in the
+//! shaders are generated from this one table. Offsets are the compiler's.
 
 use crate::render::gpu::Facets;
 use relievo_shared::layout;
 use std::mem::{offset_of, size_of};
 
-/// What an element of a field is.
+/// Type of a field's elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Element {
     F32,
@@ -32,7 +32,7 @@ pub(super) struct Kind {
 }
 
 impl Kind {
-    /// As it is written in Rust.
+    /// Returns the type in Rust syntax.
     pub(super) fn rust(&self) -> String {
         let element = self.element.name().to_string();
         let wrap = |inner, side| format!("[{inner}; {side}]");
@@ -47,7 +47,7 @@ pub(super) struct Field {
     /// Bytes from the struct's start.
     pub(super) offset: usize,
     pub(super) kind: Kind,
-    /// Empty for numbers without one.
+    /// Empty if dimensionless.
     pub(super) unit: &'static str,
     pub(super) meaning: &'static str,
 }
@@ -62,7 +62,7 @@ pub(super) struct Struct {
     pub(super) fields: Vec<Field>,
 }
 
-/// What a field may be made of.
+/// A type that a field may have.
 trait Plain {
     fn kind() -> Kind;
 }
@@ -96,7 +96,7 @@ plain! {
     layout::Slab: Element::Struct("Slab");
 }
 
-/// A function for each struct. A field of another type does not compile.
+/// Makes a function for each struct. A field with a wrong type does not compile.
 macro_rules! structs {
     ($($function:ident $name:ident $about:literal {
         $($field:ident: $type:ty, $unit:literal, $meaning:literal;)*
@@ -123,115 +123,115 @@ macro_rules! structs {
 
 structs! {
     frame Frame "The camera, the picture and the light of one frame." {
-        eye: [f32; 3], "object units", "The eye, relative to the scene's origin.";
+        eye: [f32; 3], "object units", "Position of the eye, relative to the scene's origin.";
         near: f32, "object units", "Distance of the near plane along `forward`, > 0.";
         right: [f32; 3], "", "Unit vector to the right of the picture, divided by tan(half the horizontal field of view).";
         up: [f32; 3], "", "Unit vector to the top of the picture, divided by tan(half the vertical field of view).";
-        forward: [f32; 3], "", "Unit vector from the eye into the picture's centre.";
-        ray_first: [f32; 3], "", "Direction (not normalised) through the centre of pixel (0, 0), the top left one.";
-        ray_right: [f32; 3], "", "Change of that direction from one pixel to the next on its right.";
-        ray_down: [f32; 3], "", "Change of that direction from one pixel to the next below.";
+        forward: [f32; 3], "", "Unit vector along the view direction, through the picture's centre.";
+        ray_first: [f32; 3], "", "Direction (not normalised) of the ray through the centre of the top left pixel (0, 0).";
+        ray_right: [f32; 3], "", "Change of that direction per pixel to the right.";
+        ray_down: [f32; 3], "", "Change of that direction per pixel down.";
         light_direction: [f32; 3], "", "Unit vector towards the light.";
-        light_color: [f32; 3], "linear RGB", "The light.";
-        ambient: [f32; 3], "linear RGB", "The ambient light.";
-        size: [f32; 2], "pixels", "Width and height of the picture, whole numbers.";
+        light_color: [f32; 3], "linear RGB", "Colour of the light times its intensity.";
+        ambient: [f32; 3], "linear RGB", "Colour of the ambient light.";
+        size: [f32; 2], "pixels", "Width and height of the picture, integers.";
     }
-    object Object "Everything about one object that is not its surface or its texels." {
-        map_size: [f32; 2], "texels", "Width and height of the shape map, whole numbers.";
-        map_step: f32, "texels", "Distance of one step of a stored code.";
-        map_quantum: f32, "texels", "The largest amount by which a stored distance may lie under the true one.";
-        map_reach: f32, "texels", "Half the span of the differences that make the map's gradient, > 0.";
-        depth: f32, "object units", "From the surface to the floor, > 0.";
-        extension: f32, "widths", "By how much the pattern grows outward.";
-        bevel: f32, "widths", "Growth of the pattern per unit of depth fraction.";
+    object Object "Parameters of one object." {
+        map_size: [f32; 2], "texels", "Width and height of the shape map, integers.";
+        map_step: f32, "texels", "Change of distance per step of a stored code.";
+        map_quantum: f32, "texels", "Largest amount by which a stored distance may be less than the true one.";
+        map_reach: f32, "texels", "Half the span of the finite differences for the map's gradient, > 0.";
+        depth: f32, "object units", "Distance from the surface to the floor, > 0.";
+        extension: f32, "widths", "Outward offset of the pattern.";
+        bevel: f32, "widths", "Growth of the pattern's offset per unit of depth fraction.";
         chamfer: f32, "", "Depth fraction at which the growth stops, 0 to 1.";
         specular: f32, "", "Strength of the specular reflection, 0 to 1.";
-        tolerance: f32, "pixels", "How far beside its place a ray may be searched in the accurate tier.";
-        slack: f32, "texels", "How far before the solid a search may end, at distance 1 from the eye; made for the width of a pixel of the exported picture.";
-        cap_color: [f32; 3], "linear RGB", "The cap (the mesh's surface).";
-        wall_color: [f32; 3], "linear RGB", "The walls.";
-        bevel_color: [f32; 3], "linear RGB", "Bevels and chamfers.";
-        floor_color: [f32; 3], "linear RGB", "The floor.";
+        tolerance: f32, "pixels", "Largest deviation from the ray at which the accurate tier may search.";
+        slack: f32, "texels", "Distance before the solid at which a search may end, per unit of distance from the eye; depends on the pixel width of the exported picture.";
+        cap_color: [f32; 3], "linear RGB", "Colour of the cap (the mesh's surface).";
+        wall_color: [f32; 3], "linear RGB", "Colour of the walls.";
+        bevel_color: [f32; 3], "linear RGB", "Colour of bevels and chamfers.";
+        floor_color: [f32; 3], "linear RGB", "Colour of the floor.";
         shininess: u32, "", "Exponent of the specular reflection, 1 to 127.";
-        tier: u32, "", "0 planar, 1 fast, 2 paper, 3 accurate; the shader is made for it.";
-        cut_out: u32, "", "Not 0: there is no floor.";
-        linear_steps: u32, "", "Largest number of steps of the linear search.";
-        binary_steps: u32, "", "Number of bisections after it.";
-        map_bias: u32, "", "The stored code of distance 0.";
-        map_packing: u32, "", "log2 of the texels in one 32-bit word: 0, 1 or 2.";
-        map_format: u32, "", "0 codes of 8 or 16 bits, 1 floats, 2 the paper's RGBA8; the shader is made for it.";
-        search: u32, "", "0 extrusion, 1 relief, 2 paper, 3 prisms; the shader is made for it.";
-        self_shadow: u32, "", "Not 0: columns throw shadows; the shader is made for it.";
+        tier: u32, "", "Tier: 0 planar, 1 fast, 2 paper, 3 accurate. The shader is compiled for it.";
+        cut_out: u32, "", "Not 0 if there is no floor.";
+        linear_steps: u32, "", "Maximum number of steps of the linear search.";
+        binary_steps: u32, "", "Number of bisections after the linear search.";
+        map_bias: u32, "", "Stored code of distance 0.";
+        map_packing: u32, "", "log2 of the texels per 32-bit word: 0, 1 or 2.";
+        map_format: u32, "", "Format of the texels: 0 codes of 8 or 16 bits, 1 floats, 2 the paper's RGBA8. The shader is compiled for it.";
+        search: u32, "", "Search: 0 extrusion, 1 relief, 2 paper, 3 prisms. The shader is compiled for it.";
+        self_shadow: u32, "", "Not 0 if the object casts shadows on itself. The shader is compiled for it.";
     }
     corner Corner "One corner of a triangle." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";
-        normal: [f32; 3], "", "Unit normal of the smooth surface, pointing out.";
-        tangent: [f32; 3], "", "Unit tangent, along growing u, orthogonal to the normal.";
-        uv: [f32; 2], "repeats", "Texture coordinates, less a whole number per triangle; v grows downwards.";
-        quadric: [f32; 3], "1 / object units", "Coefficients xx, xy, yy of the surface's bend in the corner's frame, positive where convex.";
+        normal: [f32; 3], "", "Outward unit normal of the smooth surface.";
+        tangent: [f32; 3], "", "Unit tangent in the direction of increasing u, orthogonal to the normal.";
+        uv: [f32; 2], "repeats", "Texture coordinates, minus an integer per triangle; v points down.";
+        quadric: [f32; 3], "1 / object units", "Coefficients xx, xy, yy of the quadric in the corner's tangent frame, positive where convex.";
         gradient_u: [f32; 3], "repeats / object unit", "Gradient of u, orthogonal to the normal.";
         gradient_v: [f32; 3], "repeats / object unit", "Gradient of v, orthogonal to the normal.";
     }
     triangle Triangle "One triangle." {
-        corners: [layout::Corner; 3], "", "The corners, counter-clockwise when seen from outside.";
+        corners: [layout::Corner; 3], "", "Corners, counter-clockwise seen from outside.";
         handedness: f32, "", "+1 or -1: the bitangent is handedness * cross(normal, tangent).";
     }
     planar_corner PlanarCorner "One corner of a triangle of the planar tier." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";
-        normal: [f32; 3], "", "Unit normal of the smooth surface, pointing out.";
-        uv: [f32; 2], "repeats", "Texture coordinates, less a whole number per triangle; v grows downwards.";
+        normal: [f32; 3], "", "Outward unit normal of the smooth surface.";
+        uv: [f32; 2], "repeats", "Texture coordinates, minus an integer per triangle; v points down.";
         gradient_u: [f32; 3], "repeats / object unit", "Gradient of u, orthogonal to the normal.";
         gradient_v: [f32; 3], "repeats / object unit", "Gradient of v, orthogonal to the normal.";
     }
     planar_triangle PlanarTriangle "One triangle of the planar tier." {
-        corners: [layout::PlanarCorner; 3], "", "The corners, counter-clockwise when seen from outside.";
+        corners: [layout::PlanarCorner; 3], "", "Corners, counter-clockwise seen from outside.";
     }
-    slab Slab "A pair of parallel planes." {
-        axis: [f32; 3], "", "Unit vector across it.";
-        low: f32, "object units", "The least dot(p, axis) in it, p relative to the shell's anchor.";
-        high: f32, "object units", "The largest one.";
+    slab Slab "The space between two parallel planes." {
+        axis: [f32; 3], "", "Unit normal of the planes.";
+        low: f32, "object units", "Minimum of dot(p, axis), p relative to the prism's anchor.";
+        high: f32, "object units", "Maximum of dot(p, axis).";
     }
-    shell Shell "The curved prism over one triangle: F(w1, w2, d) = S(w) - depth d N(w)." {
-        anchor: [f32; 3], "object units", "The first corner, relative to the scene's origin; what follows is relative to it.";
+    shell PrismData "The curved prism over one triangle: F(w1, w2, d) = S(w) - depth d N(w)." {
+        anchor: [f32; 3], "object units", "The first corner, relative to the scene's origin; the other positions are relative to it.";
         surface: [[f32; 3]; 5], "object units", "S: coefficients of w1, w2, w1 w1, w1 w2, w2 w2.";
         normal: [[f32; 3]; 6], "", "N: coefficients of 1, w1, w2, w1 w1, w1 w2, w2 w2.";
-        corner_normals: [[f32; 3]; 3], "", "Unit normals of the corners, which light the cap.";
-        uv: [[f32; 2]; 3], "repeats", "Texture coordinates of the first corner, and the changes to the second and the third.";
+        corner_normals: [[f32; 3]; 3], "", "Unit normals of the corners, for shading the cap.";
+        uv: [[f32; 2]; 3], "repeats", "Texture coordinates of the first corner, and the differences of the second and third from it.";
         facet: [f32; 3], "", "Unit normal of the facet.";
-        least_determinant: f32, "object units cubed", "F counts as folded where its determinant is less.";
-        spread: f32, "", "Sine of the largest angle of a normal of S with `facet`; 1 where that cannot be said.";
-        slabs: [layout::Slab; 4], "", "What holds everything through which a ray may come in from outside.";
-        centre: [f32; 3], "object units", "Middle of a ball around the prism.";
-        radius: f32, "object units", "The ball's radius.";
-        inverse_altitude: f32, "1 / object units", "1 / the facet's least altitude.";
-        neighbours: [u32; 3], "", "For each corner what lies beyond the opposite side: 4 * neighbour + its corner opposite to that side, or 0xffffffff.";
+        least_determinant: f32, "object units cubed", "F is treated as folded where its determinant is less.";
+        spread: f32, "", "Sine of the largest angle between a normal of S and `facet`; 1 if unknown.";
+        slabs: [layout::Slab; 4], "", "Slabs whose intersection contains all points where a ray may enter from outside.";
+        centre: [f32; 3], "object units", "Centre of a bounding sphere.";
+        radius: f32, "object units", "Radius of the bounding sphere.";
+        inverse_altitude: f32, "1 / object units", "1 / the facet's smallest altitude.";
+        neighbours: [u32; 3], "", "For each corner, the neighbour across the opposite side: 4 * its index + its corner opposite to that side, or 0xffffffff if there is none.";
     }
 }
 
-/// What a buffer holds.
+/// A buffer that the shaders read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Binding {
-    /// Its number in group 0.
+    /// Binding number in group 0.
     pub(super) number: u32,
-    /// The variable's name in the shaders.
+    /// Name of the variable in the shaders.
     pub(super) name: &'static str,
-    /// The file with its bytes.
+    /// Name of the file with its bytes.
     pub(super) file: &'static str,
-    /// The type of its contents, or of their elements.
+    /// Type of its contents, or of the array's elements.
     pub(super) element: Element,
-    /// Whether it holds as many of them as there are.
+    /// Whether its contents are an array of any length.
     pub(super) is_array: bool,
-    /// Whether the vertex shader reads it; the fragment shader reads all.
+    /// Whether the vertex shader reads it; the fragment shader reads every buffer.
     pub(super) in_vertex: bool,
     pub(super) about: &'static str,
 }
 
-/// The buffers of an object with these facets.
+/// Returns the buffers of an object with these facets.
 pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
     let (facet, about) = match facets {
         Facets::Triangles => ("Triangle", "the object's triangles"),
         Facets::PlanarTriangles => ("PlanarTriangle", "the object's triangles"),
-        Facets::Prisms => ("Shell", "the curved prisms over the object's triangles"),
+        Facets::Prisms => ("PrismData", "the curved prisms over the object's triangles"),
     };
     [
         Binding {
@@ -241,7 +241,7 @@ pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
             element: Element::Struct("Frame"),
             is_array: false,
             in_vertex: true,
-            about: "camera, light and picture",
+            about: "camera, light and size of the picture",
         },
         Binding {
             number: 1,
@@ -268,12 +268,12 @@ pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
             element: Element::U32,
             is_array: true,
             in_vertex: false,
-            about: "the shape map, its texels packed into words",
+            about: "the shape map, with texels packed into words",
         },
     ]
 }
 
-/// The structs in those buffers, each after those that it is made of.
+/// Returns the structs in those buffers, each after the structs it contains.
 pub(super) fn structs(facets: Facets) -> Vec<Struct> {
     let mut all = vec![frame(), object()];
     match facets {
@@ -290,7 +290,7 @@ mod tests {
 
     const ALL: [Facets; 3] = [Facets::Triangles, Facets::PlanarTriangles, Facets::Prisms];
 
-    /// Types and offsets are the compiler's; this says that no field is left out.
+    /// Types and offsets come from the compiler; this checks that no field is missing.
     #[test]
     fn fields_fill_their_structs() {
         for facets in ALL {
@@ -317,7 +317,7 @@ mod tests {
     }
 
     #[test]
-    fn types_are_written_as_rust_has_them() {
+    fn types_are_written_in_rust_syntax() {
         assert_eq!(<[[f32; 3]; 5]>::kind().rust(), "[[f32; 3]; 5]");
         assert_eq!(<[layout::Slab; 4]>::kind().rust(), "[Slab; 4]");
         assert_eq!(u32::kind().rust(), "u32");

@@ -1,7 +1,7 @@
-//! An object's triangles as a binary glTF file, with what the shaders read of
-//! each corner as attributes of their own.
+//! Writes an object's triangles as a binary glTF file, with the shaders' data of each
+//! corner as custom attributes.
 
-use super::ExportError;
+use super::error::ExportError;
 use crate::prepare::PreparedObject;
 use glam::DVec3;
 use gltf::binary::{Glb, Header};
@@ -16,9 +16,9 @@ use relievo_shared::layout::Corner;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// The attributes, in the order of their bytes in a vertex. The texture
-/// coordinates and gradients are those of the shaders, in repeats of the
-/// pattern, v growing downwards as glTF has it.
+/// Returns the attributes in the order of their bytes in a vertex. Texture
+/// coordinates and gradients are those of the shaders: in repeats of the pattern,
+/// with v pointing down as in glTF.
 fn attributes() -> [(Semantic, Type); 7] {
     let own = |name: &str| Semantic::Extras(name.to_string());
     [
@@ -32,10 +32,10 @@ fn attributes() -> [(Semantic, Type); 7] {
     ]
 }
 
-/// f32 numbers of a vertex.
+/// Number of f32 per vertex.
 const NUMBERS: usize = 21;
 
-/// The numbers of a vertex, in the order of [`attributes`].
+/// Returns the numbers of a vertex in the order of [`attributes`].
 fn numbers(corner: &Corner, handedness: f32) -> impl Iterator<Item = f32> {
     let Corner {
         position,
@@ -57,7 +57,7 @@ fn numbers(corner: &Corner, handedness: f32) -> impl Iterator<Item = f32> {
         .chain(gradient_v)
 }
 
-/// The object as a .glb file; `origin` is the scene's, world units.
+/// Writes the object as a .glb file. `origin` is the scene's origin, world units.
 pub(super) fn glb(object: &PreparedObject, origin: DVec3) -> Result<Vec<u8>, ExportError> {
     let failed = |message: String| ExportError::Mesh {
         object: object.name.clone(),
@@ -65,7 +65,7 @@ pub(super) fn glb(object: &PreparedObject, origin: DVec3) -> Result<Vec<u8>, Exp
     };
     let stride = size_of::<f32>() * NUMBERS;
     let count = 3 * object.triangles.len();
-    // The format counts bytes in 32 bits; what is around them is far smaller.
+    // Lengths in the format have 32 bits; the JSON is far smaller than 1 MiB.
     const MOST: usize = u32::MAX as usize - (1 << 20);
     let length = count.saturating_mul(stride);
     if length > MOST {
@@ -93,7 +93,7 @@ pub(super) fn glb(object: &PreparedObject, origin: DVec3) -> Result<Vec<u8>, Exp
         header: Header {
             magic: *b"glTF",
             version: 2,
-            // The writer counts by itself.
+            // Computed by the writer.
             length: 0,
         },
         json: Cow::Owned(text),
@@ -102,7 +102,7 @@ pub(super) fn glb(object: &PreparedObject, origin: DVec3) -> Result<Vec<u8>, Exp
     file.to_vec().map_err(|error| failed(error.to_string()))
 }
 
-/// The JSON of the file.
+/// Builds the JSON of the file.
 fn root(object: &PreparedObject, origin: DVec3, count: usize, bounds: [[f32; 3]; 2]) -> Root {
     let mut root = Root {
         asset: Asset {

@@ -1,131 +1,57 @@
-//! An object for another program: its shaders in the languages of GPUs, what
-//! they read as bytes and as files that other tools open, and how to bind it.
+//! Exports an object for other programs: its shaders in five shading languages, the
+//! buffers they read, mesh and shape map as files for other tools, and the bindings.
 //!
-//! Everything is made in memory, and every shader is checked before the first
-//! file is handed out.
+//! All files are made in memory, and every shader is validated before any file is
+//! returned.
+//!
+//! ```
+//! use relievo::export::{Options, Target, export};
+//! use relievo::prepare::prepare;
+//! use relievo::scene::Scene;
+//! use std::path::Path;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = Scene::load(Path::new("../assets/scenes/plane.toml"))?;
+//! let options = Options { targets: vec![Target::Wgsl], ..Options::default() };
+//! let files = export(&prepare(&scene, &|_| ())?, &options)?;
+//! assert!(files.iter().any(|file| file.name == "fragment.wgsl"));
+//! # Ok(())
+//! # }
+//! ```
 
 mod bindings;
+mod error;
+mod files;
 mod layout;
 mod mesh;
 mod readme;
 mod shader;
+mod target;
 
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::RenderError;
 use crate::render::gpu::{EntryPoints, Extent, Shaders, facet_bytes};
-use crate::shape_map::Storage;
+use files::{DRAW_FILE, ShaderFile, map_file};
 use relievo_bitwise::Module;
-use shader::{Stage, spirv_bytes, translate};
-use std::fmt;
+use shader::{spirv_bytes, translate};
+use target::Stage;
 
-/// The file with the arguments of an indirect draw.
-const DRAW_FILE: &str = "draw.bin";
+pub use error::ExportError;
+pub use target::{Output, Target};
 
-/// A language for GPUs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Target {
-    /// Vulkan's.
-    Spirv,
-    /// WebGPU's.
-    Wgsl,
-    /// OpenGL's.
-    Glsl,
-    /// Direct3D's.
-    Hlsl,
-    /// Metal's.
-    Msl,
-}
-
-impl Target {
-    /// Every one.
-    pub const ALL: [Target; 5] = [
-        Target::Spirv,
-        Target::Wgsl,
-        Target::Glsl,
-        Target::Hlsl,
-        Target::Msl,
-    ];
-
-    /// What it is called, in small letters.
-    pub fn name(self) -> &'static str {
-        match self {
-            Target::Spirv => "spirv",
-            Target::Wgsl => "wgsl",
-            Target::Glsl => "glsl",
-            Target::Hlsl => "hlsl",
-            Target::Msl => "msl",
-        }
-    }
-
-    /// The file of a stage.
-    fn file(self, stage: Stage) -> String {
-        let extension = match (self, stage) {
-            (Target::Spirv, _) => "spv",
-            (Target::Wgsl, _) => "wgsl",
-            (Target::Glsl, Stage::Vertex) => "vert",
-            (Target::Glsl, Stage::Fragment) => "frag",
-            (Target::Hlsl, _) => "hlsl",
-            (Target::Msl, _) => "metal",
-        };
-        format!("{}.{extension}", stage.name())
-    }
-}
-
-impl fmt::Display for Target {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
-}
-
-/// What the fragment shader writes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Output {
-    /// Linear RGB and an alpha of 1, as floats.
-    #[default]
-    Color,
-    /// What our own renderer reads: the bits of linear RGB, and the class.
-    Words,
-}
-
-impl Output {
-    fn name(self) -> &'static str {
-        match self {
-            Output::Color => "color",
-            Output::Words => "words",
-        }
-    }
-
-    /// Formats of a target that fits, as WebGPU calls them.
-    fn formats(self) -> &'static [&'static str] {
-        match self {
-            Output::Color => &["rgba32float", "rgba16float", "rgba8unorm-srgb"],
-            Output::Words => &["rgba32uint"],
-        }
-    }
-
-    fn about(self) -> &'static str {
-        match self {
-            Output::Color => "linear red, green, blue, and 1",
-            Output::Words => {
-                "the bits of linear red, green and blue as f32, and the class: 1 cap, 2 wall, 3 bevel, 4 floor"
-            }
-        }
-    }
-}
-
-/// What to export.
+/// Options of an export.
 #[derive(Clone, Debug)]
 pub struct Options {
-    /// In which languages.
+    /// Shading languages.
     pub targets: Vec<Target>,
-    /// What the fragment shaders write.
+    /// Output of the fragment shaders.
     pub output: Output,
-    /// The objects of this name only.
+    /// Export only the objects with this name.
     pub object: Option<String>,
 }
 
 impl Default for Options {
-    /// Every object in every language.
+    /// Exports every object in every language, with the output [`Output::Color`].
     fn default() -> Options {
         Options {
             targets: Target::ALL.to_vec(),
@@ -135,100 +61,52 @@ impl Default for Options {
     }
 }
 
-/// A file, not yet written.
+/// A file in memory.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ExportedFile {
-    /// Its place in the folder, with `/` between the parts.
+    /// Path in the export's folder, with `/` as separator.
     pub name: String,
-    /// Its contents.
+    /// Contents.
     pub bytes: Vec<u8>,
 }
 
-/// Names and contents, as [`crate::file::write_folder`] takes them.
+/// Returns names and contents in the form that [`crate::file::write_folder`] takes.
 pub fn contents(files: &[ExportedFile]) -> impl Iterator<Item = (&str, &[u8])> + Clone {
     files
         .iter()
         .map(|file| (file.name.as_str(), file.bytes.as_slice()))
 }
 
-/// What cannot be exported.
-#[derive(Debug, thiserror::Error)]
-pub enum ExportError {
-    /// There is no such object.
-    #[error("the scene has no object {name:?}; name one of {known} (--object)")]
-    NoObject {
-        /// What was asked for.
-        name: String,
-        /// What there is.
-        known: String,
-    },
-    /// A shader that is built in cannot be said in a language.
-    #[error(
-        "object {object:?}: the shader {shader} cannot be written as {target}: {message}; leave {target} out of --target"
-    )]
-    Shader {
-        /// The object.
-        object: String,
-        /// The shader.
-        shader: &'static str,
-        /// The language.
-        target: Target,
-        /// Why.
-        message: String,
-    },
-    /// The mesh does not fit a file.
-    #[error("object {object:?}: its mesh cannot be written as glTF: {message}")]
-    Mesh {
-        /// The object.
-        object: String,
-        /// Why, and what to do.
-        message: String,
-    },
-    /// The shape map does not fit a file.
-    #[error("object {object:?}: its shape map cannot be written: {message}")]
-    Map {
-        /// The object.
-        object: String,
-        /// Why.
-        message: String,
-    },
-    /// The shaders that are built in cannot be read.
-    #[error(transparent)]
-    Render(#[from] RenderError),
-}
-
-/// The shaders that exports are made of.
+/// The compiled shaders that exports are translated from.
 struct Sources {
-    /// What every language can say.
+    /// The module for every language.
     portable: Module,
-    /// What our renderer gives to Vulkan, word for word: the SPIR-V of words.
+    /// The module that Relievo's renderer gives to Vulkan, for SPIR-V with
+    /// [`Output::Words`].
     untouched: Option<Module>,
 }
 
 impl Sources {
     fn of(options: &Options) -> Result<Sources, RenderError> {
-        let is_ours = options.output == Output::Words && options.targets.contains(&Target::Spirv);
+        let needs_untouched =
+            options.output == Output::Words && options.targets.contains(&Target::Spirv);
         Ok(Sources {
             portable: Shaders::Portable.module()?,
-            untouched: is_ours.then(|| Shaders::Fast.module()).transpose()?,
+            untouched: needs_untouched
+                .then(|| Shaders::Fast.module())
+                .transpose()?,
         })
     }
 }
 
-/// A shader among the files.
-struct ShaderFile {
-    file: String,
-    target: Target,
-    stage: Stage,
-    entry_point: String,
-}
-
-/// The files of the objects of `scene` that are asked for: those of one object
-/// by themselves, those of several each in a folder `1-name`, `2-name`, … with
-/// a list of them.
+/// Exports the objects of `scene` that `options` select.
+///
+/// The files of a single object have no folder. Those of several objects are in
+/// folders `1-name`, `2-name`, …, with a README that lists them.
 ///
 /// # Errors
-/// [`ExportError`].
+/// [`ExportError`] if there is no object with the wanted name, or a shader, mesh or
+/// shape map cannot be written.
 pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFile>, ExportError> {
     let is_wanted = |object: &&PreparedObject| {
         let wanted = options.object.as_ref();
@@ -266,8 +144,8 @@ pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFi
     Ok(files)
 }
 
-/// A folder for an object: its number makes it the only one, and no name that a
-/// system reserves.
+/// Returns the name of an object's folder. The number makes it unique and keeps it
+/// from being a name that an operating system reserves.
 fn folder_name(object: &PreparedObject) -> String {
     const LONGEST: usize = 60;
     let plain = |letter: char| match letter {
@@ -289,7 +167,7 @@ fn text(name: &str, text: String) -> ExportedFile {
     }
 }
 
-/// The files of one object.
+/// Exports one object.
 fn export_object(
     scene: &PreparedScene,
     object: &PreparedObject,
@@ -343,7 +221,7 @@ fn export_object(
     });
     let map_file = map_file(object.map.storage());
     files.push(ExportedFile {
-        name: map_file.to_string(),
+        name: map_file.clone(),
         bytes: object.map.to_bytes().map_err(|error| ExportError::Map {
             object: object.name.clone(),
             message: error.to_string(),
@@ -356,15 +234,7 @@ fn export_object(
     Ok(files)
 }
 
-/// The file of a shape map.
-fn map_file(storage: Storage) -> &'static str {
-    match storage {
-        Storage::R8 | Storage::R16 | Storage::Rgba8 => "shape_map.png",
-        Storage::R32F => "shape_map.exr",
-    }
-}
-
-/// A stage of an object's shaders, in one language.
+/// Translates one stage of an object's shaders to one language.
 fn write_shader(
     object: &PreparedObject,
     entry_points: EntryPoints,
@@ -384,7 +254,8 @@ fn write_shader(
         message,
     };
     let missing = || failed("it is not built in".to_string());
-    // Checked in every case: it is the same source.
+    // Validates the portable module even if the untouched one, compiled from the
+    // same source, is written.
     let words = sources.portable.spirv(name).ok_or_else(missing)?;
     let bindings = layout::bindings(entry_points.facets);
     let structs = layout::structs(entry_points.facets);

@@ -1,16 +1,17 @@
-//! The README of an export: what is in the folder, and what to bind where.
+//! Writes the README of an export: its files, bindings and how to draw it.
 
+use super::files::{DRAW_FILE, ShaderFile, map_file};
 use super::layout::{Binding, bindings};
-use super::shader::{METAL_SIZES, Stage};
-use super::{DRAW_FILE, Output, ShaderFile, Target, map_file};
+use super::shader::METAL_SIZES;
+use super::target::{Output, Stage, Target};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::gpu::EntryPoints;
 use relievo_shared::layout::{TIER_ACCURATE, TIER_FAST, TIER_PLANAR};
 
-/// Its name.
+/// Name of the file.
 pub(super) const FILE: &str = "README.md";
 
-/// A name as it may stand in Markdown.
+/// Replaces characters of a name that have a meaning in Markdown.
 fn plain(name: &str) -> String {
     name.chars()
         .map(|letter| match letter {
@@ -21,10 +22,10 @@ fn plain(name: &str) -> String {
         .collect()
 }
 
-/// The list of the folders of several objects.
+/// Writes the README that lists the folders of several objects.
 pub(super) fn list(folders: &[(String, &PreparedObject)]) -> String {
     let mut text = String::from(
-        "# Exported objects\n\nOne folder for each, complete by itself; draw all of them in one pass, with one depth buffer.\n`frame.bin` is the same in all.\n\n| folder | object |\n|---|---|\n",
+        "# Exported objects\n\nEach folder is complete. Draw all objects in one pass, with one depth buffer.\n`frame.bin` is the same in all folders.\n\n| folder | object |\n|---|---|\n",
     );
     for (folder, object) in folders {
         text += &format!(
@@ -35,7 +36,7 @@ pub(super) fn list(folders: &[(String, &PreparedObject)]) -> String {
     text
 }
 
-/// The README of one object.
+/// Writes the README of one object.
 pub(super) fn object(
     scene: &PreparedScene,
     object: &PreparedObject,
@@ -51,7 +52,7 @@ pub(super) fn object(
         _ => "paper",
     };
     let mut text = format!(
-        "# {}\n\nMade by `relievo export`: an object whose pattern is carved in its pixel shader,\nand all that the shader reads. Tier `{tier}`; the shaders are Relievo's `{}` and\n`{}`, which hold what this object needs and no more. Their licence is\nMIT OR Apache-2.0, at your choice.\n\n## Files\n\n| file | |\n|---|---|\n",
+        "# {}\n\nWritten by `relievo export`: an object whose pattern is carved in its fragment shader,\nand all data that the shader reads. Tier: `{tier}`. The shaders are Relievo's `{}`\nand `{}`, compiled for the features of this object. Their licence is\nMIT OR Apache-2.0, at your choice.\n\n## Files\n\n| file | |\n|---|---|\n",
         plain(&object.name),
         entry_points.vertex,
         entry_points.color,
@@ -68,16 +69,16 @@ pub(super) fn object(
     let all = bindings(entry_points.facets);
     for binding in &all {
         text += &format!(
-            "| `{}` | bytes of binding {} |\n",
+            "| `{}` | contents of binding {} |\n",
             binding.file, binding.number
         );
     }
     let map = &object.map;
     text += &format!(
         "| `{DRAW_FILE}` | four u32: vertices, instances, first vertex, first instance, as an indirect draw reads them |\n\
-         | `layout.json` | bindings, every field of every struct with offset, type and unit, and the pipeline's state |\n\
+         | `layout.json` | the bindings, every field of every struct with offset, type and unit, and the pipeline state |\n\
          | `bindings.rs` | the same for Rust with wgpu |\n\
-         | `mesh.glb` | the triangles for other tools; the shaders do not read it |\n\
+         | `mesh.glb` | the triangles for other tools; not read by the shaders |\n\
          | `{}` | the shape map, {} × {} texels as {}, for other tools; `relievo render` takes it as `object.shape` |\n\n",
         map_file(map.storage()),
         map.width(),
@@ -85,7 +86,7 @@ pub(super) fn object(
         map.storage(),
     );
 
-    text += "## Bind\n\nGroup (set, space) 0, four read-only storage buffers, little-endian, without padding:\n\n| binding | name | holds | stages | bytes now |\n|---|---|---|---|---|\n";
+    text += "## Bind\n\nGroup (set, space) 0 has four read-only storage buffers, little-endian, without padding:\n\n| binding | name | contents | stages | bytes in this export |\n|---|---|---|---|---|\n";
     let sizes = [
         size_of_val(&scene.frame),
         size_of_val(&object.parameters),
@@ -121,31 +122,31 @@ pub(super) fn object(
             let [red, green, blue] = scene.background;
             format!("the scene's background, linear: {red}, {green}, {blue}")
         }
-        Output::Words => "anything that is no class, such as 0".to_string(),
+        Output::Words => "a value that is not a class, such as 0".to_string(),
     };
     text += &format!(
         "\n## Draw\n\n\
-         * {} vertices, not indexed, one instance, no vertex buffers, a list of triangles: six\n  \
-           vertices a facet, an outline around its pixels. No culling, one sample a pixel.\n\
-         * Target 0 is {}, without blending: {}.\n  \
-           Clear it to {clear}.\n\
-         * Depth: a 32-bit float buffer, cleared to 0, compare `greater`, written. The fragment\n  \
-           shader writes `near / z`, z the distance along `forward`: 1 at the near plane, 0 at\n  \
-           infinity. What else is drawn into it must do the same (a reversed projection with an\n  \
-           infinite far plane). Fragments are discarded.\n\
-         * The target has the frame's `size`: {width} × {height} now.\n\n",
+         * {} vertices as a triangle list, not indexed, one instance, no vertex buffers. Each\n  \
+           facet has six, for an outline around its pixels. No culling, one sample per pixel.\n\
+         * Target 0: {}, without blending. It gets\n  \
+           {}. Clear it to {clear}.\n\
+         * Depth: a 32-bit float buffer, cleared to 0, compare `greater`, write enabled. The\n  \
+           fragment shader writes `near / z`, with z the distance along `forward`: 1 at the near\n  \
+           plane, 0 at infinity. Anything else drawn into it must do the same (a reversed\n  \
+           projection with an infinite far plane). The shader discards fragments.\n\
+         * The target must have the frame's `size`, here {width} × {height}.\n\n",
         6 * object.triangles.len(),
-        output.formats().in_words(),
+        quoted(output.formats()),
         output.about(),
     );
 
     let [x, y, z] = scene.origin.to_array();
     text += &format!(
         "## Another camera\n\n\
-         Write `frame` anew; nothing else depends on it, but `object.slack` (if it is not 0),\n\
-         which grows with the width of a pixel. Positions are relative to the middle of the\n\
-         scene, ({x}, {y}, {z}) in world units. In Relievo `unlit_frame` in\n\
-         `host/src/prepare/view.rs` does this. For an eye, a view along unit `f`, an `up`, a\n\
+         Rewrite `frame`. Nothing else depends on the camera, except `object.slack` if it is\n\
+         not 0, which is proportional to the width of a pixel. Positions are relative to the\n\
+         centre of the scene, ({x}, {y}, {z}) in world units. In Relievo, `unlit_frame` in\n\
+         `host/src/prepare/view.rs` does this. For an eye, a unit view direction `f`, an `up`, a\n\
          vertical field of view `a`, and a picture of `w` × `h` pixels:\n\n\
          ```text\n\
          r = normalize(cross(f, up))        u = cross(r, f)\n\
@@ -154,7 +155,7 @@ pub(super) fn object(
          right      = r / tx                up        = u / ty\n\
          ray_right  = r * (2 * tx / w)      ray_down  = u * (-2 * ty / h)\n\
          ray_first  = f - r * tx + u * ty + (ray_right + ray_down) / 2\n\
-         near       > 0, nearer than anything that is seen\n\
+         near       > 0, less than the distance of anything visible\n\
          size       = (w, h)\n\
          ```\n\n\
          `light_direction` is a unit vector towards the light; `light_color` and `ambient` are\n\
@@ -174,19 +175,13 @@ pub(super) fn object(
     text
 }
 
-/// A list of formats in words.
-trait InWords {
-    fn in_words(&self) -> String;
+/// Formats names as a list in code style.
+fn quoted(names: &[&str]) -> String {
+    let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
+    quoted.join(", ")
 }
 
-impl InWords for [&str] {
-    fn in_words(&self) -> String {
-        let quoted: Vec<String> = self.iter().map(|name| format!("`{name}`")).collect();
-        quoted.join(", ")
-    }
-}
-
-/// What a language is called.
+/// Returns the name of a language with its version.
 fn language(target: Target) -> &'static str {
     match target {
         Target::Spirv => "SPIR-V",
@@ -197,13 +192,13 @@ fn language(target: Target) -> &'static str {
     }
 }
 
-/// What to know about a language.
+/// Returns notes on how to use the shaders of a language.
 fn notes(target: Target, fragment: &ShaderFile) -> String {
     match target {
-        Target::Spirv => "for Vulkan 1.1 or newer. y goes up in the vertices' positions: give the viewport a negative height (`y = height`, `height = -height`). Descriptor set 0, storage buffers.".to_string(),
-        Target::Wgsl => "as it is, also in browsers; nothing optional is used. The device must allow 4 storage buffers a stage.".to_string(),
-        Target::Glsl => "one program of both files. `glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, …)`, `glDepthFunc(GL_GREATER)`, an empty vertex array object, `glDrawArrays(GL_TRIANGLES, 0, …)`. The picture stands upright as in OpenGL, its first row at the bottom; the depth that is written is the window's, with the range 0 to 1 that OpenGL starts with.".to_string(),
+        Target::Spirv => "for Vulkan 1.1 or newer. y points up in vertex positions: use a viewport with a negative height (`y = height`, `height = -height`). Descriptor set 0, storage buffers.".to_string(),
+        Target::Wgsl => "for native programs and browsers; uses no optional features. The device must allow 4 storage buffers per stage.".to_string(),
+        Target::Glsl => "link both files to one program. `glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, …)`, `glDepthFunc(GL_GREATER)`, an empty vertex array object, `glDrawArrays(GL_TRIANGLES, 0, …)`. The picture is upright as usual in OpenGL, its first row at the bottom. The depth written is the window depth, with OpenGL's default range of 0 to 1.".to_string(),
         Target::Hlsl => format!("`ByteAddressBuffer`s at `t0` to `t3`, space 0. `fxc /T ps_5_1 /E {0}` or `dxc -T ps_6_0 -E {0}`, and likewise the vertex shader.", fragment.entry_point),
-        Target::Msl => format!("buffers 0 to 3 of both stages; buffer {METAL_SIZES} (sizes of arrays) is declared and never read: bind 16 bytes of anything."),
+        Target::Msl => format!("buffers 0 to 3 of both stages. Buffer {METAL_SIZES} (array sizes) is declared but never read: bind any 16 bytes."),
     }
 }

@@ -1,73 +1,43 @@
-//! An object's shaders in another language, through naga: read, given names,
-//! changed where a language or a user wants it so, checked, and written.
+//! Translates an object's shaders to a shading language with naga: reads SPIR-V, names
+//! its variables, adapts it to language and output, validates it and writes it.
 
 use super::layout::{Binding, Element, Struct};
-use super::{Output, Target};
+use super::target::{Output, Stage, Target};
 use naga::back::{glsl, hlsl, msl, spv, wgsl};
 use naga::compact::{KeepUnused, compact};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{
     Arena, ArraySize, BuiltIn, Expression, Function, Handle, Literal, Module, Range,
-    ResourceBinding, Scalar, ScalarKind, ShaderStage, Span, Statement, StructMember, Type,
-    TypeInner, VectorSize,
+    ResourceBinding, Scalar, ScalarKind, Span, Statement, StructMember, Type, TypeInner,
+    VectorSize,
 };
 use relievo_bitwise::portable;
 
-/// Shader model of the HLSL: what both compilers of it take.
+/// Shader model of the HLSL, which both of its compilers take.
 const SHADER_MODEL: hlsl::ShaderModel = hlsl::ShaderModel::V5_1;
 /// Version of the Metal shading language.
 const METAL: (u8, u8) = (2, 0);
 /// Version of GLSL.
 const GLSL: u16 = 450;
-/// Version of SPIR-V: Vulkan 1.1's.
+/// Version of SPIR-V, that of Vulkan 1.1.
 const SPIRV: (u8, u8) = (1, 3);
-/// Metal's slot of the buffer sizes, which naga declares and nothing reads.
+/// Metal's slot of the buffer sizes, which naga declares but nothing reads.
 pub(super) const METAL_SIZES: u8 = 4;
 
-/// A stage of the pipeline.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Stage {
-    Vertex,
-    Fragment,
-}
-
-impl Stage {
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Stage::Vertex => "vertex",
-            Stage::Fragment => "fragment",
-        }
-    }
-
-    /// What its entry point is called: none of the languages reserves it.
-    pub(super) fn entry_point(self) -> &'static str {
-        match self {
-            Stage::Vertex => "vs_main",
-            Stage::Fragment => "fs_main",
-        }
-    }
-
-    fn naga(self) -> ShaderStage {
-        match self {
-            Stage::Vertex => ShaderStage::Vertex,
-            Stage::Fragment => ShaderStage::Fragment,
-        }
-    }
-}
-
-/// A shader as it is written to a file.
+/// A shader translated to a language.
 #[derive(Debug)]
 pub(super) struct Written {
+    /// Contents of its file.
     pub(super) bytes: Vec<u8>,
-    /// Its entry point's name there.
+    /// Name of its entry point in this language.
     pub(super) entry_point: String,
 }
 
-/// Writes the shader in `words` (SPIR-V, one entry point) for `target`.
+/// Translates the shader in `words` (SPIR-V with one entry point) to `target`.
 ///
 /// # Errors
-/// What stands against it, of a shader that is built in.
+/// The reason why the compiled shader cannot be translated.
 pub(super) fn translate(
     words: &[u32],
     stage: Stage,
@@ -79,18 +49,19 @@ pub(super) fn translate(
     let mut module = portable::read(words)?;
     name(&mut module, bindings, structs)?;
     let [entry_point] = module.entry_points.as_mut_slice() else {
-        return Err("it has not one entry point".to_string());
+        return Err("it does not have exactly one entry point".to_string());
     };
     if entry_point.stage != stage.naga() {
-        return Err(format!("it is no {} shader", stage.name()));
+        return Err(format!("it is not a {} shader", stage.name()));
     }
     entry_point.name = stage.entry_point().to_string();
     if stage == Stage::Fragment {
         if output == Output::Color {
-            write_color(&mut module).ok_or("its colour is not written as it was")?;
+            write_color(&mut module).ok_or("its colour output has an unknown form")?;
         }
         if target == Target::Glsl {
-            count_rows_upwards(&mut module).ok_or("its pixel is not read as it was")?;
+            count_rows_upwards(&mut module)
+                .ok_or("its pixel position is read in an unknown form")?;
         }
     }
     if matches!(target, Target::Glsl | Target::Hlsl | Target::Msl) {
@@ -101,14 +72,14 @@ pub(super) fn translate(
     write(&module, &info, stage, target)
 }
 
-/// Checks a module as for WebGPU, with nothing that is optional there.
+/// Validates a module for WebGPU without optional features.
 fn validate(module: &Module) -> Result<ModuleInfo, String> {
     Validator::new(ValidationFlags::all(), Capabilities::empty())
         .validate(module)
         .map_err(|error| describe(error.as_inner()))
 }
 
-/// An error with its causes.
+/// Formats an error with its causes.
 fn describe(error: &dyn std::error::Error) -> String {
     let mut text = error.to_string();
     let mut cause = error.source();
@@ -119,8 +90,8 @@ fn describe(error: &dyn std::error::Error) -> String {
     text
 }
 
-/// Gives names to the buffers and to what is in them, which SPIR-V has without;
-/// an error where a field is not where the table has it.
+/// Names the buffers, structs and fields, which have no names in the SPIR-V. Fails if
+/// a field has another type or offset than in the table.
 fn name(module: &mut Module, bindings: &[Binding], structs: &[Struct]) -> Result<(), String> {
     for binding in bindings {
         let wanted = ResourceBinding {
@@ -138,10 +109,10 @@ fn name(module: &mut Module, bindings: &[Binding], structs: &[Struct]) -> Result
         variable.name = Some(binding.name.to_string());
         let wrapper = variable.ty;
         let TypeInner::Struct { members, span } = &module.types[wrapper].inner else {
-            return Err(format!("binding {} is no struct", binding.number));
+            return Err(format!("binding {} is not a struct", binding.number));
         };
         let ([member], span) = (members.as_slice(), *span) else {
-            return Err(format!("binding {} holds several things", binding.number));
+            return Err(format!("binding {} has several members", binding.number));
         };
         let member = StructMember {
             name: Some("at".to_string()),
@@ -154,7 +125,7 @@ fn name(module: &mut Module, bindings: &[Binding], structs: &[Struct]) -> Result
                 ..
             } if binding.is_array => base,
             _ if binding.is_array => {
-                return Err(format!("binding {} is no array", binding.number));
+                return Err(format!("binding {} is not an array", binding.number));
             }
             _ => member.ty,
         };
@@ -172,7 +143,7 @@ fn name(module: &mut Module, bindings: &[Binding], structs: &[Struct]) -> Result
     Ok(())
 }
 
-/// Names a type and the types in it.
+/// Names a struct, its fields and the structs in it.
 fn name_type(
     module: &mut Module,
     handle: Handle<Type>,
@@ -184,16 +155,16 @@ fn name_type(
         (Element::F32, TypeInner::Scalar(Scalar::F32))
         | (Element::U32, TypeInner::Scalar(Scalar::U32)) => return Ok(()),
         (Element::Struct(name), _) => name,
-        _ => return Err(format!("a number is no {}", element.name())),
+        _ => return Err(format!("a number is not a {}", element.name())),
     };
     let described = structs.iter().find(|described| described.name == name);
     let (Some(described), TypeInner::Struct { mut members, span }) = (described, inner) else {
-        return Err(format!("{name} is no struct"));
+        return Err(format!("{name} is not a struct"));
     };
     let offsets = members.iter().map(|member| member.offset as usize);
     let known = described.fields.iter().map(|field| field.offset);
     if !offsets.eq(known) || span as usize != described.size {
-        return Err(format!("{name} is laid out in another way"));
+        return Err(format!("{name} has another layout"));
     }
     for (member, field) in members.iter_mut().zip(&described.fields) {
         let mut contents = member.ty;
@@ -204,7 +175,7 @@ fn name_type(
                     size: ArraySize::Constant(size),
                     ..
                 } if size.get() as usize == *side => contents = base,
-                _ => return Err(format!("{name}.{} is of another type", field.name)),
+                _ => return Err(format!("{name}.{} has another type", field.name)),
             }
         }
         name_type(module, contents, field.kind.element, structs)?;
@@ -219,7 +190,7 @@ fn name_type(
     Ok(())
 }
 
-/// Puts a named struct in the place of the one without a name.
+/// Replaces a struct without a name by a named one.
 fn rename(module: &mut Module, handle: Handle<Type>, name: String, inner: TypeInner) {
     let named = Type {
         name: Some(name),
@@ -230,19 +201,20 @@ fn rename(module: &mut Module, handle: Handle<Type>, name: String, inner: TypeIn
     }
 }
 
-/// Appends expressions; those that must be are emitted as statements.
+/// Appends expressions, with the statements that evaluate them.
 struct Appender<'a> {
     expressions: &'a mut Arena<Expression>,
     body: Vec<Statement>,
 }
 
 impl Appender<'_> {
-    /// What has its value anywhere: a literal, a variable's place.
+    /// Appends an expression that needs no evaluation: a literal or a pointer to a
+    /// variable.
     fn place(&mut self, expression: Expression) -> Handle<Expression> {
         self.expressions.append(expression, Span::UNDEFINED)
     }
 
-    /// What is computed here.
+    /// Appends an expression and its evaluation.
     fn compute(&mut self, expression: Expression) -> Handle<Expression> {
         let handle = self.place(expression);
         self.body
@@ -250,13 +222,13 @@ impl Appender<'_> {
         handle
     }
 
-    /// Component `index` of a vector, or what it points to.
+    /// Appends an access to component `index` of a vector, or a pointer to it.
     fn component(&mut self, base: Handle<Expression>, index: u32) -> Handle<Expression> {
         self.compute(Expression::AccessIndex { base, index })
     }
 }
 
-/// `vec4<f32>`.
+/// Returns the type `vec4<f32>`.
 fn vec4_f32(module: &mut Module) -> Handle<Type> {
     let inner = TypeInner::Vector {
         size: VectorSize::Quad,
@@ -266,8 +238,8 @@ fn vec4_f32(module: &mut Module) -> Handle<Type> {
     module.types.insert(kind, Span::UNDEFINED)
 }
 
-/// Makes location 0 linear RGB and an alpha of 1, in place of words: the bits
-/// are those that were in the words.
+/// Changes the output at location 0 from words to linear RGB with an alpha of 1, with
+/// the same bits.
 fn write_color(module: &mut Module) -> Option<()> {
     let vec4 = vec4_f32(module);
     let function = &module.entry_points[0].function;
@@ -323,8 +295,7 @@ fn write_color(module: &mut Module) -> Option<()> {
     Some(())
 }
 
-/// Turns the pixel's row over: OpenGL counts rows from the bottom, the shader
-/// from the top.
+/// Flips the pixel's row: OpenGL counts rows from the bottom, the shader from the top.
 fn count_rows_upwards(module: &mut Module) -> Option<()> {
     let vec4 = vec4_f32(module);
     let (frame, _) = module.global_variables.iter().find(|(_, variable)| {
@@ -376,7 +347,7 @@ fn count_rows_upwards(module: &mut Module) -> Option<()> {
         components: vec![x, y, z, w],
     });
     let body = appender.body;
-    // It is stored where the rest reads it.
+    // The rest of the function reads it from the variable where it is stored.
     let stored = function
         .body
         .iter_mut()
@@ -393,7 +364,7 @@ fn count_rows_upwards(module: &mut Module) -> Option<()> {
     Some(())
 }
 
-/// Writes a checked module.
+/// Writes a validated module.
 fn write(
     module: &Module,
     info: &ModuleInfo,
@@ -401,7 +372,7 @@ fn write(
     target: Target,
 ) -> Result<Written, String> {
     let name = stage.entry_point().to_string();
-    // Indices stay within what the host binds, by construction.
+    // Indices are within the buffers by construction.
     let unchecked = BoundsCheckPolicies::default();
     let (bytes, entry_point) = match target {
         Target::Wgsl => {
@@ -425,8 +396,8 @@ fn write(
         Target::Glsl => {
             let options = glsl::Options {
                 version: glsl::Version::Desktop(GLSL),
-                // Neither y nor z is touched: pictures stand upright as all
-                // others in OpenGL, and the fragment shader writes the depth.
+                // Neither y nor z is changed: the picture is upright as usual in
+                // OpenGL, and the fragment shader writes the depth.
                 writer_flags: glsl::WriterFlags::empty(),
                 binding_map: (0..4)
                     .map(|binding| (ResourceBinding { group: 0, binding }, binding as u8))
@@ -493,7 +464,7 @@ fn write(
     Ok(Written { bytes, entry_point })
 }
 
-/// Words as a `.spv` file has them.
+/// Converts words to the bytes of a `.spv` file.
 pub(super) fn spirv_bytes(words: &[u32]) -> Vec<u8> {
     words.iter().flat_map(|word| word.to_le_bytes()).collect()
 }

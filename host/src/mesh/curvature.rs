@@ -1,5 +1,5 @@
-//! The quadric that approximates the surface at a vertex (algorithm.md,
-//! sections 4 and 5).
+//! The quadric that approximates the surface at a vertex (sections 4 and 5 of
+//! docs/algorithm.md).
 
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
@@ -7,31 +7,37 @@ use rayon::prelude::*;
 use super::surface::Surface;
 use super::tangents::TangentFrame;
 
-/// Corners at one position share a fit if their normals are closer than the
-/// angle with this cosine (1.4 mrad): more than the rounding of text files,
-/// less than any visible edge.
+/// Corners at one position share a fit if the cosine between their normals is
+/// larger (1.4 mrad): more than the rounding of text files, less than any
+/// visible edge.
 const SAME_NORMAL_COSINE: f64 = 1.0 - 1e-6;
 
-/// A neighbour counts while its normal keeps this much of the vertex normal.
+/// Neighbours are used if the cosine between their normal and the vertex normal
+/// is larger.
 const SMALLEST_NORMAL_Z: f64 = 0.1;
 
-/// A neighbour counts unless it lies along the normal: smallest squared ratio
-/// of its distance in the tangent plane to its distance.
+/// Neighbours along the normal are not used: minimum squared ratio of the
+/// distance in the tangent plane to the distance.
 const SMALLEST_FLATNESS: f64 = 1e-6;
 
-/// Neighbours count as collinear while the squared sines of the angles between
-/// their directions add up to less.
+/// Neighbours are collinear if the sum of the squared sines of the angles
+/// between their directions is less.
 const COLLINEAR: f64 = 1e-4;
 
-/// Share of the mean diagonal of the normal equations that is added to it.
+/// Ridge of the fit, as a fraction of the mean diagonal of the normal equations.
 const RIDGE: f64 = 1e-6;
 
 /// The surface around a vertex in its tangent frame, to second order:
 /// z = xx·x² + xy·x·y + yy·y², x along T, y along B, z along −N.
 ///
-/// All in 1 / object units; xx and yy are positive on a convex surface: a
-/// sphere of radius R has xx = yy = 1/(2R) and xy = 0 (algorithm.md,
-/// section 4, where they are called a, b and c).
+/// Unit: 1 / object units. xx and yy are positive on a convex surface: a sphere
+/// of radius R has xx = yy = 1/(2R) and xy = 0. Section 4 calls them a, b and c.
+///
+/// ```
+/// let sphere = relievo::mesh::Quadric { xx: 0.25, xy: 0.0, yy: 0.25 }; // R = 2
+/// assert_eq!(sphere.principal_curvatures(), [0.5, 0.5]);
+/// assert_eq!(sphere.evaluate(2.0, 0.0), 1.0);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Quadric {
     /// Coefficient of x².
@@ -43,14 +49,14 @@ pub struct Quadric {
 }
 
 impl Quadric {
-    /// Depth below the tangent plane at (x, y) in the tangent plane. For a unit
-    /// direction: half the normal curvature along it.
+    /// Returns the depth below the tangent plane at (x, y) in it. For a unit
+    /// direction this is half the normal curvature.
     pub fn evaluate(self, x: f64, y: f64) -> f64 {
         self.xx * x * x + self.xy * x * y + self.yy * y * y
     }
 
-    /// Smallest and largest curvature of the surface, in 1 / object units:
-    /// twice the eigenvalues of the quadratic form.
+    /// Returns the smallest and the largest curvature, in 1 / object units: twice
+    /// the eigenvalues of the quadratic form.
     pub fn principal_curvatures(self) -> [f64; 2] {
         let mean = self.xx + self.yy;
         let deviation = (self.xx - self.yy).hypot(self.xy);
@@ -58,7 +64,7 @@ impl Quadric {
     }
 }
 
-/// Corners that share position and normal, and so the quadric.
+/// Corners with one position and normal, which share a fit.
 struct Group {
     vertex: u32,
     normal: DVec3,
@@ -66,17 +72,16 @@ struct Group {
     corners: Vec<u32>,
 }
 
-/// The quadrics of every face's corners.
+/// Computes the quadrics of every face's corners.
 ///
-/// There is one fit for each welded position *and normal*. Across a UV seam
-/// the normals agree, and the whole one-ring takes part. At a hard edge they
-/// differ, and each side is fitted to its own faces, with the normals that the
-/// neighbours have on those faces: a cube is flat, and the side of a cylinder
-/// does not feel its caps. The fit is a tensor in object space; each corner
-/// reads it in its own frame.
+/// There is one fit for each welded position *and normal*. Across a UV seam the
+/// normals are equal, and the fit uses the whole one-ring. At a hard edge they
+/// differ, and each side is fitted to its own faces with their normals, so that
+/// a cube is flat and the side of a cylinder does not depend on its caps. The fit
+/// is a tensor in object space; each corner evaluates it in its own frame.
 ///
-/// A group whose neighbours do not determine a fit takes the mean of its
-/// neighbours' tensors, or is flat if they have none either.
+/// A group whose neighbours do not determine a fit takes the mean of their
+/// tensors, or is flat if they have none.
 pub(super) fn quadrics(surface: &Surface, frames: &[[TangentFrame; 3]]) -> Vec<[Quadric; 3]> {
     let groups = group_corners(surface);
     let mut group_of_corner = vec![0_u32; 3 * surface.faces.len()];
@@ -141,8 +146,7 @@ pub(super) fn quadrics(surface: &Surface, frames: &[[TangentFrame; 3]]) -> Vec<[
         .collect()
 }
 
-/// Groups the corners at each welded position by their normals, in the order
-/// of the corners.
+/// Groups the corners at each welded position by normal, in corner order.
 fn group_corners(surface: &Surface) -> Vec<Group> {
     let mut corners_of_vertex: Vec<Vec<u32>> = surface
         .valences()
@@ -181,7 +185,8 @@ fn group_corners(surface: &Surface) -> Vec<Group> {
         .collect()
 }
 
-/// The groups of the other corners of a group's faces, each once.
+/// Returns the groups of the other corners of a group's faces, without
+/// duplicates.
 fn neighbours_of(corners: &[u32], group_of_corner: &[u32]) -> Vec<u32> {
     let mut neighbours: Vec<u32> = corners
         .iter()
@@ -197,9 +202,9 @@ fn neighbours_of(corners: &[u32], group_of_corner: &[u32]) -> Vec<u32> {
 }
 
 /// Fits the tensor M with z = (x, y)ᵀ M (x, y) to neighbours, given by their
-/// offsets and unit normals (algorithm.md, section 5). M is symmetric and in
-/// object space; it acts in the tangent plane. None if fewer than two
-/// neighbours count, or all of them lie on one line.
+/// offsets and unit normals (section 5 of docs/algorithm.md). M is symmetric, in
+/// object space, and acts in the tangent plane. Returns `None` for fewer than two
+/// usable neighbours, or collinear ones.
 fn fit(normal: DVec3, neighbours: impl Iterator<Item = (DVec3, DVec3)>) -> Option<DMat3> {
     let (x_axis, y_axis) = normal.any_orthonormal_pair();
     // Normal equations of the rows below, for the unknowns (xx, xy, yy).
@@ -224,7 +229,7 @@ fn fit(normal: DVec3, neighbours: impl Iterator<Item = (DVec3, DVec3)>) -> Optio
         let DVec2 { x, y } = in_plane / radius;
         let slope =
             DVec2::new(neighbour_normal.dot(x_axis), neighbour_normal.dot(y_axis)) / normal_z;
-        // Every row is a curvature, so the fit does not depend on the scale.
+        // Every row is a curvature, so the fit is independent of the scale.
         add_row(DVec3::new(x * x, x * y, y * y), height / (radius * radius));
         add_row(DVec3::new(2.0 * x, y, 0.0), slope.x / radius);
         add_row(DVec3::new(0.0, x, 2.0 * y), slope.y / radius);
@@ -244,7 +249,7 @@ fn fit(normal: DVec3, neighbours: impl Iterator<Item = (DVec3, DVec3)>) -> Optio
     tensor.is_finite().then_some(tensor)
 }
 
-/// The matrix a bᵀ.
+/// Returns the matrix a bᵀ.
 fn outer_product(a: DVec3, b: DVec3) -> DMat3 {
     DMat3::from_cols(a * b.x, a * b.y, a * b.z)
 }

@@ -1,4 +1,4 @@
-//! What can go wrong while a mesh is loaded.
+//! The error of loading a mesh.
 
 use std::io;
 use std::path::PathBuf;
@@ -7,8 +7,8 @@ use thiserror::Error;
 
 use super::projection::Projection;
 
-/// Why a mesh could not be loaded. Every message names the file and says what
-/// to do.
+/// An error of loading or preparing a mesh. Every message names the mesh and
+/// the way out.
 #[derive(Debug, Error)]
 pub enum MeshError {
     /// The file cannot be read.
@@ -16,7 +16,7 @@ pub enum MeshError {
     Read {
         /// The mesh file.
         path: PathBuf,
-        /// What the operating system said.
+        /// The reason of the operating system.
         source: io::Error,
     },
     /// The path names a directory.
@@ -36,35 +36,35 @@ pub enum MeshError {
         /// First line that is not UTF-8, counted from 1.
         line: usize,
     },
-    /// A statement of the OBJ file is wrong.
+    /// A statement of the OBJ file is invalid.
     #[error("the mesh `{}`, line {line}: {problem}", path.display())]
     Statement {
         /// The mesh file.
         path: PathBuf,
         /// Line of the statement, counted from 1.
         line: usize,
-        /// What is wrong with it, and what is expected.
+        /// The problem, and what is expected.
         problem: String,
     },
-    /// The OBJ reader refused a file in which the checks above found no fault.
+    /// The OBJ parser refused a file that passed the checks above.
     #[error("cannot parse the mesh `{}`: {source}; export it again as a Wavefront OBJ or glTF file", path.display())]
     Parse {
         /// The mesh file.
         path: PathBuf,
-        /// What the OBJ reader said.
+        /// The reason of the OBJ parser.
         source: tobj::LoadError,
     },
-    /// A glTF file is damaged, or holds what is not read.
+    /// The glTF file or the data made in code are invalid or not supported.
     #[error("the mesh `{}`: {problem}", path.display())]
-    Gltf {
-        /// The mesh file.
+    Invalid {
+        /// The mesh file, or the name of the data.
         path: PathBuf,
-        /// What is wrong with it, and what to do.
+        /// The problem and the way out.
         problem: String,
     },
     /// The file is larger than allowed.
     #[error(
-        "the mesh `{}` is a file larger than the limit of {limit} bytes, or takes more with its buffers; simplify it or raise the limit (--max-memory)",
+        "the mesh `{}` is larger than the limit of {limit} bytes, with its buffers; simplify it or raise the limit (--max-memory)",
         path.display()
     )]
     TooLarge {
@@ -73,7 +73,7 @@ pub enum MeshError {
         /// The limit: [`super::MeshOptions::byte_limit`].
         limit: u64,
     },
-    /// The file holds no face.
+    /// The file has no faces.
     #[error(
         "the mesh `{}` has no faces; export it with its polygons (`f` statements, or triangles in glTF), not as points or lines",
         path.display()
@@ -82,7 +82,7 @@ pub enum MeshError {
         /// The mesh file.
         path: PathBuf,
     },
-    /// No triangle has an area.
+    /// All triangles are degenerate.
     #[error(
         "all {skipped} triangles of the mesh `{}` are degenerate (they have no area); check the exporter's precision",
         path.display()
@@ -93,7 +93,7 @@ pub enum MeshError {
         /// Number of degenerate triangles.
         skipped: usize,
     },
-    /// The file holds more triangles than allowed.
+    /// The mesh has more triangles than allowed.
     #[error(
         "the mesh `{}` has at least {count} triangles, more than the limit of {limit}; simplify it or raise the limit (--max-triangles, --max-memory)",
         path.display()
@@ -101,12 +101,12 @@ pub enum MeshError {
     TooManyTriangles {
         /// The mesh file.
         path: PathBuf,
-        /// Triangles in the file, counted until the limit was passed.
+        /// Number of triangles, counted until the limit was passed.
         count: usize,
         /// The limit: [`super::MeshOptions::triangle_limit`].
         limit: usize,
     },
-    /// Faces lack texture coordinates and no projection was asked for.
+    /// Faces have no texture coordinates, and no projection is given.
     #[error(
         "the mesh `{}` has faces without texture coordinates (first {place}); add `projection = \"spherical\"` \
          (or {}) to the object in the scene file, or export the mesh with its UVs",
@@ -116,15 +116,15 @@ pub enum MeshError {
     MissingTextureCoordinates {
         /// The mesh file.
         path: PathBuf,
-        /// Where the first face without texture coordinates is: "at line 7".
+        /// Place of the first face without texture coordinates: "at line 7".
         place: String,
     },
-    /// The scale, rotation or translation cannot be used.
+    /// The scale, rotation or translation is invalid.
     #[error("the transform of the mesh `{}` is invalid: {problem}", path.display())]
     InvalidTransform {
         /// The mesh file.
         path: PathBuf,
-        /// What is wrong with it, and what is expected.
+        /// The problem, and what is expected.
         problem: String,
     },
     /// The transformed mesh is too small, too large or too far away for the
@@ -144,7 +144,7 @@ pub enum MeshError {
     },
 }
 
-/// The projections besides the one that the message recommends.
+/// Returns the names of all projections but spherical.
 fn other_projections() -> String {
     Projection::ALL
         .iter()

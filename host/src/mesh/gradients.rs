@@ -1,27 +1,26 @@
 //! Surface gradients of the texture coordinates at the corners.
 //!
-//! Gradients that are constant over a triangle jump from one to the next, and a
-//! wall of the extrusion jumps with them. Corners that share a position
-//! therefore share the mean of their triangles' gradients, each carried into
-//! the tangent plane along the corner's normal; but only where these are alike:
-//! not at a pole, where each triangle's u runs another way, and not where two
-//! charts of an atlas meet.
+//! Gradients that are constant over each triangle would make the walls of the
+//! extrusion jump between triangles. Corners at one position therefore share the
+//! mean of their triangles' gradients, each projected into the tangent plane
+//! along the corner's normal, where these are similar: not at a pole, and not
+//! where two charts of an atlas meet.
 
 use super::surface::{DEGENERATE_AREA, Surface, area_normal};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-/// ∇u and ∇v, repeats per object unit, orthogonal to the corner's normal.
+/// ∇u and ∇v, in repeats per object unit, orthogonal to the corner's normal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Gradients {
     pub u: DVec3,
     pub v: DVec3,
 }
 
-/// Gradients further apart than this share of their length are not alike.
+/// Maximum distance of similar gradients, as a fraction of the longer one.
 const ALIKE: f64 = 0.35;
 
-/// The gradients of every corner of every face.
+/// Computes the gradients of every face's corners.
 pub(super) fn corner_gradients(surface: &Surface) -> Vec<[Gradients; 3]> {
     let own: Vec<[Gradients; 3]> = surface
         .faces
@@ -36,7 +35,7 @@ pub(super) fn corner_gradients(surface: &Surface) -> Vec<[Gradients; 3]> {
             })
         })
         .collect();
-    // Corners by position: the numbers 3 · face + corner, grouped.
+    // Corners 3 · face + corner, grouped by position.
     let mut starts = vec![0usize; surface.positions.len() + 1];
     for (index, valence) in surface.valences().iter().enumerate() {
         starts[index + 1] = starts[index] + *valence as usize;
@@ -59,7 +58,7 @@ pub(super) fn corner_gradients(surface: &Surface) -> Vec<[Gradients; 3]> {
                 let vertex = face.vertices[c] as usize;
                 let mine = own[f][c];
                 let around = &at_position[starts[vertex]..starts[vertex + 1]];
-                // A fan of thousands is a pole; its corners would be compared in vain.
+                // A large fan is a pole, where no gradients are similar.
                 if around.len() > 64 {
                     return mine;
                 }
@@ -96,11 +95,11 @@ pub(super) fn corner_gradients(surface: &Surface) -> Vec<[Gradients; 3]> {
         .collect()
 }
 
-/// Carries a gradient of the facet into the plane orthogonal to `normal`, along
-/// `normal`: points of the shell on one normal have one pair of coordinates.
+/// Projects a gradient of the facet along `normal` into the plane orthogonal to
+/// it, since points on one normal have the same texture coordinates.
 fn tilt(gradient: DVec3, normal: DVec3, facet_normal: DVec3) -> DVec3 {
     let cosine = normal.dot(facet_normal);
-    // Beyond about 84° between them the projection says nothing any more.
+    // Beyond about 84° between the normals the projection is meaningless.
     if cosine > 0.1 * facet_normal.length() {
         gradient - facet_normal * (gradient.dot(normal) / cosine)
     } else {
@@ -108,13 +107,14 @@ fn tilt(gradient: DVec3, normal: DVec3, facet_normal: DVec3) -> DVec3 {
     }
 }
 
+/// Returns whether two gradients are similar.
 fn alike(a: DVec3, b: DVec3) -> bool {
     let longer = a.length_squared().max(b.length_squared());
     a.distance_squared(b) <= ALIKE * ALIKE * longer
 }
 
-/// Surface gradients of u and v over a triangle, in repeats per object unit;
-/// zero if the texture coordinates have no area.
+/// Returns the surface gradients of u and v over a triangle, in repeats per
+/// object unit; zero if the texture coordinates have no area.
 fn uv_gradients(corners: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
     let (uv1, uv2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
     let longest = uv1
@@ -134,4 +134,23 @@ fn uv_gradients(corners: [DVec3; 3], uvs: [DVec2; 3]) -> [DVec3; 2] {
         uv1.x * reciprocal1 + uv2.x * reciprocal2,
         uv1.y * reciprocal1 + uv2.y * reciprocal2,
     ]
+}
+
+/// Returns the smaller singular value of the matrix with the rows `u` and `v`.
+pub(crate) fn smaller_stretch(u: DVec3, v: DVec3) -> f64 {
+    let (uu, uv, vv) = (u.dot(u), u.dot(v), v.dot(v));
+    let (mean, half) = (0.5 * (uu + vv), 0.5 * (uu - vv));
+    (mean - half.hypot(uv)).max(0.0).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn stretches_are_singular_values() {
+        assert_eq!(smaller_stretch(DVec3::X * 3.0, DVec3::Y * 2.0), 2.0);
+        assert!(smaller_stretch(DVec3::X, DVec3::X * 5.0) < 1e-9);
+        assert_eq!(smaller_stretch(DVec3::ZERO, DVec3::ZERO), 0.0);
+    }
 }

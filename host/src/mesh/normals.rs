@@ -1,22 +1,20 @@
-//! Vertex normals: those of the file, checked, and computed ones where the
-//! file has none.
+//! Vertex normals: normalises given ones and computes missing ones.
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::surface::{Face, Surface, area_normal};
 
-/// A normal of the file shorter than this is rounding noise: it counts as
-/// missing.
+/// Shorter normals are rounding noise and treated as missing.
 const SHORTEST_NORMAL: f64 = 1e-10;
 
-/// A sum of face normals shorter than this share of its weights has cancelled
-/// out (a sheet with two sides): it has no direction.
+/// A sum of face normals shorter than this fraction of its weights has no
+/// direction: it has cancelled out, as on a sheet with two sides.
 const CANCELLED: f64 = 1e-6;
 
-/// The normal at unit length, or zero (missing) if it has no direction.
+/// Returns the normal at unit length, or zero (missing) if it has no direction.
 pub(super) fn normalized_or_missing(normal: DVec3) -> DVec3 {
-    // Scaled first, so that the square of a huge or tiny component is in range.
+    // Scaled first, so that squares of huge and tiny components are in range.
     let size = normal.abs().max_element();
     if size > SHORTEST_NORMAL && size.is_finite() {
         (normal / size).normalize()
@@ -25,9 +23,8 @@ pub(super) fn normalized_or_missing(normal: DVec3) -> DVec3 {
     }
 }
 
-/// Turns the triangles round whose three normals all point against their
-/// winding: some exporters write the winding of the other handedness. Returns
-/// how many.
+/// Reverses triangles whose three normals all point against their winding, as
+/// some exporters write the other handedness. Returns their number.
 pub(super) fn align_winding(surface: &mut Surface) -> usize {
     let positions = &surface.positions;
     surface
@@ -46,10 +43,10 @@ pub(super) fn align_winding(surface: &mut Surface) -> usize {
         .sum()
 }
 
-/// Computes the missing normals and tells whether there were any: the mean of
-/// the face normals around the welded position, weighted by the angle at the
-/// corner, so that the triangulation of a polygon does not matter. Where they
-/// cancel out, the corner takes the normal of its face.
+/// Computes missing normals and returns whether there were any. A normal is the
+/// mean of the face normals around the welded position, weighted by the angle at
+/// the corner, so that it does not depend on the triangulation of polygons. Where
+/// they cancel out, the corner takes the normal of its face.
 pub(super) fn complete(surface: &mut Surface) -> bool {
     let is_missing = |face: &Face| face.normals.contains(&DVec3::ZERO);
     if !surface.faces.par_iter().any(is_missing) {
@@ -63,8 +60,8 @@ pub(super) fn complete(surface: &mut Surface) -> bool {
             (area_normal(corners).normalize(), corner_angles(corners))
         })
         .collect();
-    // One thread adds, in the order of the faces: the sums do not depend on
-    // the number of threads.
+    // Summed on one thread in the order of the faces, so that the result does
+    // not depend on the number of threads.
     let mut sums = vec![(DVec3::ZERO, 0.0); surface.positions.len()];
     for (face, (normal, angles)) in surface.faces.iter().zip(&weighted) {
         for (vertex, angle) in face.vertices.iter().zip(angles) {
@@ -92,7 +89,7 @@ pub(super) fn complete(surface: &mut Surface) -> bool {
     true
 }
 
-/// The angle of a triangle at each corner, in radians.
+/// Returns the angle of a triangle at each corner, in radians.
 fn corner_angles(corners: [DVec3; 3]) -> [f64; 3] {
     std::array::from_fn(|corner| {
         let to_next = corners[(corner + 1) % 3] - corners[corner];

@@ -1,190 +1,84 @@
 //! Wavefront OBJ files, read with `tobj`.
 
 use std::collections::HashMap;
-use std::io::ErrorKind;
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
 
 use super::error::MeshError;
-use super::gltf;
+use super::raw::{Corner, RawMesh};
 use super::scan::scan;
-use crate::Files;
 
-/// A corner of a triangle: indices into the streams of a [`SourceMesh`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) struct Corner {
-    /// Index into [`SourceMesh::positions`].
-    pub position: u32,
-    /// Index into [`SourceMesh::normals`], if the mesh has normals.
-    pub normal: Option<u32>,
-    /// Index into [`SourceMesh::uvs`], if the mesh has texture coordinates.
-    pub uv: Option<u32>,
-}
+/// Parses the text of an OBJ file; `path` is named in errors only.
+///
+/// Normals are dropped unless every corner has one; so are texture coordinates.
+///
+/// # Errors
+///
+/// [`MeshError::Statement`] with the line of the error,
+/// [`MeshError::NoFaces`], [`MeshError::TooManyTriangles`] and
+/// [`MeshError::Parse`].
+pub(super) fn parse(text: &str, path: &Path, triangle_limit: usize) -> Result<RawMesh, MeshError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
+    let scan = scan(text, path, triangle_limit)?;
+    // With a single index, positions would be duplicated at seams.
+    let options = tobj::LoadOptions {
+        triangulate: true,
+        ignore_points: true,
+        ignore_lines: true,
+        single_index: false,
+    };
+    let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
+    let (models, _) = tobj::load_obj_buf(&mut scan.geometry.as_bytes(), &options, no_materials)
+        .map_err(|source| MeshError::Parse {
+            path: path.to_owned(),
+            source,
+        })?;
+    // The scan keeps no statement that starts another model.
+    let mesh = models
+        .into_iter()
+        .next()
+        .map(|model| model.mesh)
+        .ok_or_else(|| MeshError::NoFaces {
+            path: path.to_owned(),
+        })?;
 
-/// A triangle mesh as its file tells it: nothing is computed, all objects and
-/// groups are one.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct SourceMesh {
-    /// Vertex positions, in the units of the file, finite.
-    pub positions: Vec<DVec3>,
-    /// Vertex normals, of any length. Empty unless every corner has one.
-    pub normals: Vec<DVec3>,
-    /// Texture coordinates, in repeats. Empty unless every corner has them.
-    pub uvs: Vec<DVec2>,
-    /// Triangles; a polygon is a fan around its first corner, so a concave
-    /// polygon should be triangulated by the program that exports it.
-    pub triangles: Vec<[Corner; 3]>,
-    /// Where the first face without texture coordinates is, if there is one:
-    /// "at line 7".
-    pub face_without_uvs: Option<String>,
-}
-
-impl SourceMesh {
-    /// Reads the OBJ or glTF file at `path`, which its content or its extension
-    /// tells apart. Materials are ignored and need not exist.
-    ///
-    /// # Errors
-    ///
-    /// [`MeshError::Read`], [`MeshError::IsDirectory`], [`MeshError::TooLarge`],
-    /// [`MeshError::NotUtf8`], and those of [`SourceMesh::parse`] and
-    /// [`gltf::parse`].
-    pub(super) fn load(
-        files: &Files,
-        path: &Path,
-        triangle_limit: usize,
-        byte_limit: u64,
-    ) -> Result<Self, MeshError> {
-        if files.is_folder(path) {
-            return Err(MeshError::IsDirectory {
-                path: path.to_owned(),
-            });
-        }
-        let bytes = files.read(path, byte_limit).map_err(|source| {
-            let path = path.to_owned();
-            if source.kind() == ErrorKind::FileTooLarge {
-                MeshError::TooLarge {
-                    path,
-                    limit: byte_limit,
+    // tobj fills a missing index with the one before it, so such streams are
+    // dropped.
+    let has_normals = scan.face_without_normals.is_none();
+    let has_uvs = scan.face_without_uvs.is_none();
+    let triangles = (0..mesh.indices.len() / 3)
+        .map(|triangle| {
+            std::array::from_fn(|corner| {
+                let index = 3 * triangle + corner;
+                Corner {
+                    position: mesh.indices[index],
+                    normal: has_normals.then(|| mesh.normal_indices[index]),
+                    uv: has_uvs.then(|| mesh.texcoord_indices[index]),
                 }
-            } else {
-                MeshError::Read { path, source }
-            }
-        })?;
-        Self::from_bytes(files, &bytes, path, triangle_limit, byte_limit)
-    }
-
-    /// As [`SourceMesh::load`], of the bytes of a file.
-    pub(super) fn from_bytes(
-        files: &Files,
-        bytes: &[u8],
-        path: &Path,
-        triangle_limit: usize,
-        byte_limit: u64,
-    ) -> Result<Self, MeshError> {
-        if is_gltf(bytes, path) {
-            return gltf::parse(files, bytes, path, triangle_limit, byte_limit);
-        }
-        let text = std::str::from_utf8(bytes).map_err(|error| {
-            let valid = &bytes[..error.valid_up_to()];
-            let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
-            MeshError::NotUtf8 {
-                path: path.to_owned(),
-                line,
-            }
-        })?;
-        Self::parse(text, path, triangle_limit)
-    }
-
-    /// Reads the text of an OBJ file; `path` is named in errors only.
-    ///
-    /// If only some corners have normals, or only some have texture
-    /// coordinates, none of them is kept.
-    ///
-    /// # Errors
-    ///
-    /// [`MeshError::Statement`] with the line of a mistake,
-    /// [`MeshError::NoFaces`], [`MeshError::TooManyTriangles`] and
-    /// [`MeshError::Parse`].
-    pub(super) fn parse(text: &str, path: &Path, triangle_limit: usize) -> Result<Self, MeshError> {
-        let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-        let scan = scan(text, path, triangle_limit)?;
-        // Each stream keeps its own indices: a single index would duplicate
-        // positions and cut the surface.
-        let options = tobj::LoadOptions {
-            triangulate: true,
-            ignore_points: true,
-            ignore_lines: true,
-            single_index: false,
-        };
-        let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
-        let (models, _) = tobj::load_obj_buf(&mut scan.geometry.as_bytes(), &options, no_materials)
-            .map_err(|source| MeshError::Parse {
-                path: path.to_owned(),
-                source,
-            })?;
-        // The scan left no statement that would start another model.
-        let mesh = models
-            .into_iter()
-            .next()
-            .map(|model| model.mesh)
-            .ok_or_else(|| MeshError::NoFaces {
-                path: path.to_owned(),
-            })?;
-
-        // Where a corner has no index, tobj repeats the one before it: such
-        // streams cannot be told from real ones and are dropped.
-        let has_normals = scan.face_without_normals.is_none();
-        let has_uvs = scan.face_without_uvs.is_none();
-        let triangles = (0..mesh.indices.len() / 3)
-            .map(|triangle| {
-                std::array::from_fn(|corner| {
-                    let index = 3 * triangle + corner;
-                    Corner {
-                        position: mesh.indices[index],
-                        normal: has_normals.then(|| mesh.normal_indices[index]),
-                        uv: has_uvs.then(|| mesh.texcoord_indices[index]),
-                    }
-                })
             })
-            .collect();
-        Ok(Self {
-            positions: vectors(&mesh.positions),
-            normals: if has_normals {
-                vectors(&mesh.normals)
-            } else {
-                Vec::new()
-            },
-            uvs: if has_uvs {
-                mesh.texcoords
-                    .chunks_exact(2)
-                    .map(DVec2::from_slice)
-                    .collect()
-            } else {
-                Vec::new()
-            },
-            triangles,
-            face_without_uvs: scan.face_without_uvs.map(|line| format!("at line {line}")),
         })
-    }
+        .collect();
+    Ok(RawMesh {
+        positions: vectors(&mesh.positions),
+        normals: if has_normals {
+            vectors(&mesh.normals)
+        } else {
+            Vec::new()
+        },
+        uvs: if has_uvs {
+            mesh.texcoords
+                .chunks_exact(2)
+                .map(DVec2::from_slice)
+                .collect()
+        } else {
+            Vec::new()
+        },
+        triangles,
+        face_without_uvs: scan.face_without_uvs.map(|line| format!("at line {line}")),
+    })
 }
-
-/// Whether a file is glTF: by its first bytes, or else its name.
-fn is_gltf(bytes: &[u8], path: &Path) -> bool {
-    let first = bytes
-        .strip_prefix(b"\xef\xbb\xbf")
-        .unwrap_or(bytes)
-        .iter()
-        .find(|byte| !byte.is_ascii_whitespace());
-    // No statement of an OBJ file begins so.
-    bytes.starts_with(gltf::MAGIC)
-        || first == Some(&b'{')
-        || path.extension().is_some_and(|extension| {
-            extension.eq_ignore_ascii_case("gltf") || extension.eq_ignore_ascii_case("glb")
-        })
-}
-
-/// Groups of three numbers as vectors.
+/// Converts groups of three numbers to vectors.
 fn vectors(numbers: &[f64]) -> Vec<DVec3> {
     numbers.chunks_exact(3).map(DVec3::from_slice).collect()
 }
@@ -192,23 +86,22 @@ fn vectors(numbers: &[f64]) -> Vec<DVec3> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::fs;
 
     const LIMIT: usize = 100;
 
-    fn parse(text: &str) -> Result<SourceMesh, MeshError> {
-        SourceMesh::parse(text, Path::new("test.obj"), LIMIT)
+    fn parse(text: &str) -> Result<RawMesh, MeshError> {
+        super::parse(text, Path::new("test.obj"), LIMIT)
     }
 
-    /// The message of the error that `text` gives.
+    /// Returns the message of the error for `text`.
     fn message(text: &str) -> String {
         parse(text).expect_err("the text is wrong").to_string()
     }
 
     const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
 
-    /// Positions of the corners of all triangles.
-    fn positions(mesh: &SourceMesh) -> Vec<[f64; 3]> {
+    /// Returns the positions of the corners of all triangles.
+    fn positions(mesh: &RawMesh) -> Vec<[f64; 3]> {
         mesh.triangles
             .iter()
             .flatten()
@@ -365,31 +258,6 @@ mod tests {
                 ..
             })
         ));
-    }
-
-    #[test]
-    fn unreadable_files_are_told_by_name() {
-        let folder = tempfile::tempdir().unwrap();
-        let load = |path: &Path| {
-            SourceMesh::load(&Files::Disk, path, LIMIT, 1000).expect_err("unreadable")
-        };
-        assert!(matches!(load(folder.path()), MeshError::IsDirectory { .. }));
-        let missing = load(&folder.path().join("missing.obj"));
-        assert!(
-            matches!(missing, MeshError::Read { .. })
-                && missing.to_string().contains("missing.obj")
-        );
-        let latin1 = folder.path().join("latin1.obj");
-        fs::write(&latin1, b"v 0 0 0\n# \xe9\n").unwrap();
-        assert!(matches!(load(&latin1), MeshError::NotUtf8 { line: 2, .. }));
-        let good = folder.path().join("good.obj");
-        fs::write(&good, format!("{SQUARE}f 1 2 3\n")).unwrap();
-        let length = fs::metadata(&good).unwrap().len();
-        let mesh = SourceMesh::load(&Files::Disk, &good, LIMIT, length).unwrap();
-        assert_eq!(mesh.triangles.len(), 1);
-        let error = SourceMesh::load(&Files::Disk, &good, LIMIT, length - 1).unwrap_err();
-        assert!(matches!(error, MeshError::TooLarge { .. }), "{error}");
-        assert!(error.to_string().contains("good.obj"), "{error}");
     }
 
     proptest::proptest! {

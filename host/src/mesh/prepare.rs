@@ -1,26 +1,29 @@
-//! From the file's triangles to those that are rendered.
+//! Prepares a raw mesh for rendering.
 
 use std::path::Path;
 
 use glam::{DQuat, DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::bounds::Bounds;
 use super::curvature::{Quadric, quadrics};
 use super::error::MeshError;
 use super::gradients::{Gradients, corner_gradients};
-use super::obj::{Corner, SourceMesh};
+use super::normals;
+use super::options::MeshOptions;
+use super::raw::{Corner, RawMesh};
 use super::surface::{DEGENERATE_AREA, Face, Surface, area_normal};
 use super::tangents::{TangentFrame, tangent_frames};
+use super::triangles::{Mesh, MeshCorner, MeshReport, MeshTriangle};
 use super::weld::weld;
-use super::{Bounds, Mesh, MeshCorner, MeshOptions, MeshReport, MeshTriangle, normals};
 
-/// Range of the bounding box's diagonal and reach, in object units.
+/// Range of the bounding box's diagonal and largest coordinate, in object units.
 const SMALLEST_SIZE: f64 = 1e-12;
 const LARGEST_SIZE: f64 = 1e12;
 
-/// See [`Mesh::from_source`].
+/// Prepares a mesh for rendering; `path` is named in errors only.
 pub(super) fn prepare(
-    source: &SourceMesh,
+    source: &RawMesh,
     path: &Path,
     options: &MeshOptions,
 ) -> Result<Mesh, MeshError> {
@@ -84,7 +87,7 @@ pub(super) fn prepare(
         positions: welded.positions,
         faces,
     };
-    // First the winding, since computed normals follow it.
+    // The winding comes first, since computed normals follow it.
     let reversed_triangles = normals::align_winding(&mut surface);
     let computed_normals = normals::complete(&mut surface);
     let frames = tangent_frames(&surface, bounds.centre(), bounds.diagonal());
@@ -115,9 +118,9 @@ pub(super) fn prepare(
     })
 }
 
-/// The box around all positions.
+/// Returns the bounding box of all positions after the transform.
 pub(super) fn bounds(
-    source: &SourceMesh,
+    source: &RawMesh,
     path: &Path,
     options: &MeshOptions,
 ) -> Result<Bounds, MeshError> {
@@ -128,7 +131,7 @@ pub(super) fn bounds(
     })))
 }
 
-/// The rotation at unit length; an error if the transform cannot be used.
+/// Checks the transform and returns the rotation at unit length.
 fn checked_rotation(path: &Path, options: &MeshOptions) -> Result<DQuat, MeshError> {
     let failure = |problem: String| MeshError::InvalidTransform {
         path: path.to_owned(),
@@ -149,18 +152,18 @@ fn checked_rotation(path: &Path, options: &MeshOptions) -> Result<DQuat, MeshErr
     let rotation = options.rotation.normalize();
     if !rotation.is_finite() {
         return Err(failure(format!(
-            "the rotation is {}; it must be a quaternion with a length",
+            "the rotation is {}; it must be a quaternion of non-zero length",
             options.rotation
         )));
     }
     Ok(rotation)
 }
 
-/// Checks that the renderers' f32 arithmetic can hold the mesh.
+/// Checks that the mesh is in the range of the renderers' f32 arithmetic.
 fn check_size(path: &Path, bounds: &Bounds) -> Result<(), MeshError> {
     let diagonal = bounds.diagonal();
     let reach = bounds.min.abs().max(bounds.max.abs()).max_element();
-    // Written so that NaN fails.
+    // False for NaN.
     let fits = reach <= LARGEST_SIZE && (SMALLEST_SIZE..=LARGEST_SIZE).contains(&diagonal);
     if fits {
         Ok(())
@@ -173,7 +176,8 @@ fn check_size(path: &Path, bounds: &Bounds) -> Result<(), MeshError> {
     }
 }
 
-/// Whether the triangle has no area beside its longest edge, or is not finite.
+/// Returns whether the triangle's area is at most [`DEGENERATE_AREA`] of its
+/// longest edge squared, or not finite.
 fn is_degenerate(corners: [DVec3; 3]) -> bool {
     let [a, b, c] = corners;
     let longest = a
@@ -185,22 +189,22 @@ fn is_degenerate(corners: [DVec3; 3]) -> bool {
     !has_area
 }
 
-/// The texture coordinates of a corner; a mesh without them needs a projection,
-/// which was checked.
-fn uv_of(source: &SourceMesh, corner: Corner) -> DVec2 {
+/// Returns the texture coordinates of a corner. Meshes without them have a
+/// projection, which has been checked.
+fn uv_of(source: &RawMesh, corner: Corner) -> DVec2 {
     corner
         .uv
         .map_or(DVec2::ZERO, |index| source.uvs[index as usize])
 }
 
-/// The unit normal of a corner; zero where the file has none.
-fn normal_of(source: &SourceMesh, corner: Corner) -> DVec3 {
+/// Returns the unit normal of a corner, or zero if it has none.
+fn normal_of(source: &RawMesh, corner: Corner) -> DVec3 {
     corner.normal.map_or(DVec3::ZERO, |index| {
         normals::normalized_or_missing(source.normals[index as usize])
     })
 }
 
-/// Puts the parts together.
+/// Combines the parts into triangles.
 fn assemble(
     surface: &Surface,
     frames: &[[TangentFrame; 3]],

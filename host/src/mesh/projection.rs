@@ -1,33 +1,33 @@
-//! Texture coordinates for meshes that have none, or whose own are not wanted.
+//! Texture coordinates from positions.
 
 use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 use serde::Deserialize;
 
-use super::Bounds;
+use super::bounds::Bounds;
 
-/// A corner this close to the axis, as a share of the bounding box's diagonal,
-/// has no azimuth.
+/// Corners closer to the axis, as a fraction of the bounding box's diagonal, have
+/// no azimuth.
 const AXIS_TOLERANCE: f64 = 1e-9;
 
-/// How texture coordinates are made from positions. The bounding box of the
-/// transformed mesh is the reference; y points up.
+/// A projection of positions to texture coordinates, relative to the bounding box
+/// of the transformed mesh. y points up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Projection {
-    /// Along x: u grows towards −z, v towards +y. The longer of the two sides
-    /// of the box spans one repeat, the other is scaled alike.
+    /// Along x: u increases towards −z, v towards +y. The longer side of the box
+    /// spans one repeat; the other has the same scale.
     PlanarX,
-    /// Along y: u grows towards +x, v towards −z; scaled as `PlanarX`.
+    /// Along y: u increases towards +x, v towards −z; scaled as `PlanarX`.
     PlanarY,
-    /// Along z: u grows towards +x, v towards +y; scaled as `PlanarX`.
+    /// Along z: u increases towards +x, v towards +y; scaled as `PlanarX`.
     PlanarZ,
     /// Around the y axis through the centre of the box: u is the azimuth, one
-    /// repeat a turn, v the height, one repeat over the box.
+    /// repeat per turn; v is the height, one repeat over the box.
     Cylindrical,
-    /// Around the centre of the box: u is the azimuth about y, one repeat a
-    /// turn, v the elevation, 0 at the lower pole and 1 at the upper.
+    /// Around the centre of the box: u is the azimuth about y, one repeat per
+    /// turn; v is the elevation, 0 at the lower pole and 1 at the upper.
     Spherical,
 }
 
@@ -41,7 +41,7 @@ impl Projection {
         Self::Spherical,
     ];
 
-    /// The name in scene files.
+    /// Returns the name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Self::PlanarX => "planar-x",
@@ -52,17 +52,17 @@ impl Projection {
         }
     }
 
-    /// Texture coordinates of a triangle of a mesh with the given bounds.
+    /// Returns the texture coordinates of a triangle of a mesh with the given
+    /// bounds.
     ///
-    /// Where u is an azimuth, whole repeats are added so that the triangle
-    /// does not run backwards across the seam, and a corner on the axis takes
-    /// the mean u of the others. Only a triangle that surrounds the axis keeps
-    /// values of u more than half a repeat apart.
+    /// Where u is an azimuth, whole repeats are added at the seam, and a corner
+    /// on the axis takes the mean u of the others. Only in a triangle around the
+    /// axis can values of u be more than half a repeat apart.
     pub(super) fn project(self, triangle: [DVec3; 3], bounds: &Bounds) -> [DVec2; 3] {
         let size = bounds.max - bounds.min;
         let centre = 0.5 * (bounds.min + bounds.max);
         let planar = |u: fn(DVec3) -> f64, v: fn(DVec3) -> f64, side: f64| {
-            // A box without sides holds only degenerate triangles.
+            // A box without extent has only degenerate triangles.
             let scale = if side > 0.0 { 1.0 / side } else { 0.0 };
             let low = DVec2::new(
                 u(bounds.min).min(u(bounds.max)),
@@ -88,8 +88,8 @@ impl Projection {
     }
 }
 
-/// u from the azimuth about y, without a seam inside the triangle; v from the
-/// position.
+/// Returns u from the azimuth about y, without a seam inside the triangle, and v
+/// from the position.
 fn around_axis(
     triangle: [DVec3; 3],
     centre: DVec3,
@@ -105,14 +105,14 @@ fn around_axis(
     std::array::from_fn(|corner| DVec2::new(us[corner], v(triangle[corner])))
 }
 
-/// Moves the values by whole repeats so that they lie as close together as
-/// they can; a missing value becomes the mean of the others.
+/// Moves the values by whole repeats to the smallest spread; a missing value
+/// becomes the mean of the others.
 fn unwrap_repeats(values: [Option<f64>; 3]) -> [f64; 3] {
     let spread = |us: &[Option<f64>; 3]| {
         let known = || us.iter().flatten().copied();
         known().fold(f64::NEG_INFINITY, f64::max) - known().fold(f64::INFINITY, f64::min)
     };
-    // The tightest arrangement is tight around one of the values.
+    // The tightest arrangement is centred on one of the values.
     let tightest = values
         .iter()
         .flatten()
@@ -139,7 +139,7 @@ mod tests {
         max: DVec3::new(1.0, 2.0, 4.0),
     };
 
-    /// A point at the given azimuth (in turns) and height.
+    /// Returns the point at an azimuth (in turns) and height.
     fn at(azimuth: f64, height: f64) -> DVec3 {
         let (sin, cos) = (TAU * azimuth).sin_cos();
         DVec3::new(sin, height, cos)

@@ -1,24 +1,20 @@
-//! A first look at the text of an OBJ file: finds the line of a mistake, which
-//! `tobj`'s errors do not tell, and hands on only the statements that make
-//! geometry.
+//! Checks the text of an OBJ file before `tobj` parses it: reports the line of an
+//! error, which `tobj` does not, and keeps only the statements with geometry.
 
 use std::path::Path;
 
 use super::error::MeshError;
+use super::raw::LARGEST_NUMBER;
 
-/// Magnitudes above this are taken for a mistake: their squares would leave
-/// the range of the renderers' f32 arithmetic.
-pub(super) const LARGEST_NUMBER: f64 = 1e12;
-
-/// Longest part of a word that a message quotes, in characters.
+/// Maximum length of a quoted word in a message, in characters.
 const QUOTED_CHARACTERS: usize = 40;
 
-/// What the scan of a file found.
+/// The result of scanning a file.
 #[derive(Debug)]
 pub(super) struct Scan {
-    /// The `v`, `vt`, `vn` and `f` statements alone, one a line: comments,
-    /// continued lines, groups, materials, points, lines and vertex colours
-    /// are gone. Groups and materials would only split the mesh.
+    /// The `v`, `vt`, `vn` and `f` statements, one per line, without comments,
+    /// continued lines, points, lines and vertex colours. Groups and materials
+    /// are dropped too, as they would split the mesh.
     pub geometry: String,
     /// Line of the first face with a corner without texture coordinates.
     pub face_without_uvs: Option<usize>,
@@ -26,12 +22,12 @@ pub(super) struct Scan {
     pub face_without_normals: Option<usize>,
 }
 
-/// Checks the statements of `text` and collects those that make geometry.
+/// Checks the statements of `text` and collects those with geometry.
 ///
 /// # Errors
 ///
-/// [`MeshError::Statement`] with the line of the first mistake (a bad number,
-/// NaN or infinity, a bad index), [`MeshError::TooManyTriangles`] and
+/// [`MeshError::Statement`] with the line of the first invalid, infinite or NaN
+/// number or invalid index, [`MeshError::TooManyTriangles`] and
 /// [`MeshError::NoFaces`].
 pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Scan, MeshError> {
     let mut scan = Scan {
@@ -65,7 +61,7 @@ pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Sca
                 elements[2].count += 1;
                 numbers("normal", arguments, 3, elements[2].count).map_err(failure)?
             }
-            // Faces with fewer corners are points and lines.
+            // Faces with fewer corners are points or lines.
             "f" if arguments.len() >= 3 => {
                 triangles += arguments.len() - 2;
                 if triangles > triangle_limit {
@@ -96,7 +92,7 @@ pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Sca
         }
         scan.geometry.push('\n');
     }
-    // A face may come before the elements it names, so this check is the last.
+    // Checked last, as a face may precede the elements that it names.
     for stream in &elements {
         if stream.largest_index > stream.count {
             let problem = format!(
@@ -118,7 +114,7 @@ pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Sca
     Ok(scan)
 }
 
-/// One stream of elements (`v`, `vt` or `vn`) and how faces use it.
+/// One stream of elements (`v`, `vt` or `vn`) and the indices of faces into it.
 struct Elements {
     name: &'static str,
     count: usize,
@@ -137,8 +133,8 @@ impl Elements {
     }
 }
 
-/// The words of each statement with the line where it starts. Cuts comments
-/// and joins lines that end in a backslash.
+/// Returns the words of each statement and the line where it starts. Drops
+/// comments and joins lines that end in a backslash.
 fn statements(text: &str) -> impl Iterator<Item = (usize, Vec<&str>)> {
     let mut lines = text.lines().enumerate();
     std::iter::from_fn(move || {
@@ -161,7 +157,7 @@ fn statements(text: &str) -> impl Iterator<Item = (usize, Vec<&str>)> {
     })
 }
 
-/// Checks a `v` statement and returns its coordinates and weight, without
+/// Checks a `v` statement and returns its coordinates and weight without
 /// colours.
 fn vertex<'a, 'b>(arguments: &'b [&'a str], ordinal: usize) -> Result<&'b [&'a str], String> {
     match arguments.len() {
@@ -182,7 +178,7 @@ fn vertex<'a, 'b>(arguments: &'b [&'a str], ordinal: usize) -> Result<&'b [&'a s
 }
 
 /// Checks that the first `count` arguments are finite numbers and returns
-/// them. `ordinal` counts the elements of this kind from 1, as faces do.
+/// them. `ordinal` is the number of the element, from 1.
 fn numbers<'a, 'b>(
     name: &str,
     arguments: &'b [&'a str],
@@ -221,8 +217,8 @@ fn numbers<'a, 'b>(
     Ok(kept)
 }
 
-/// Checks one corner of a face, `position/uv/normal`; tells which of the three
-/// it names.
+/// Checks one corner of a face, `position/uv/normal`, and returns which of the
+/// three are present.
 fn check_corner(
     corner: &str,
     line: usize,
@@ -265,7 +261,7 @@ fn check_corner(
     }
 }
 
-/// The start of a word, for a message.
+/// Shortens a word for a message.
 fn quoted(word: &str) -> String {
     word.chars().take(QUOTED_CHARACTERS).collect()
 }

@@ -1,11 +1,11 @@
-//! Curved prisms over the triangles (algorithm.md, section 6): the surface S
-//! and the direction N out of it, both of degree two over each triangle, the
-//! same on both sides of a shared edge.
+//! Curved prisms over the triangles (section 6 of docs/algorithm.md): the surface
+//! S and the outward direction N, both of degree two over each triangle and
+//! continuous across shared edges.
 //!
-//! Where all corners at a position have one normal, this is section 6 as it
-//! stands. At hard edges there are two kinds of normals: those of the corners
-//! make S, so that what is flat stays flat, and mitred ones, one at each
-//! position, make N, so that the prisms on both sides meet.
+//! Where all corners at a position have one normal, this is section 6. At hard
+//! edges the corner normals define S, so that flat faces stay flat, and mitred
+//! normals, one at each position, define N, so that the prisms on both sides
+//! meet.
 
 mod depth;
 mod mitre;
@@ -18,23 +18,23 @@ use rayon::prelude::*;
 use relievo_shared::layout::NO_NEIGHBOUR;
 
 use super::surface::area_normal;
-use super::{Mesh, MeshCorner, MeshTriangle};
+use super::triangles::{Mesh, MeshCorner, MeshTriangle};
 use mitre::mitre;
 
 pub(crate) use quadratic::Quadratic;
 
-/// The prism of a triangle counts as folded where the determinant of its map is
-/// at most this share of the flat prism's.
+/// A prism is folded where the determinant of its map is at most this fraction of
+/// the flat prism's.
 pub(crate) const FOLDED: f64 = 1e-3;
 
-/// At the middle of an edge, N is at most 1 / this times as long as the mean of
-/// its ends: where these two or the corner normals turn too far apart, nothing
-/// can keep the prism's depth.
+/// Limits the length of N at the middle of an edge to 1 / this times the mean of
+/// its ends. Where these or the corner normals differ too much, the prism's depth
+/// cannot be kept.
 const LEAST_HEIGHT: f64 = 0.25;
 
 /// The curved prism over one triangle: the points S(w) − d N(w) at the depths d
-/// ≥ 0 in object units, with S and N of degree two in the weights w1 and w2 of
-/// the second and the third corner (algorithm.md, section 6).
+/// ≥ 0 in object units, with S and N of degree two in the barycentric weights w1
+/// and w2 of the second and the third corner (section 6 of docs/algorithm.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MeshShell {
     /// Position of the first corner, in object units. `surface` is relative to it.
@@ -42,20 +42,19 @@ pub struct MeshShell {
     /// S without its constant, which is 0: the coefficients of w1, w2, w1²,
     /// w1 w2, w2², in object units.
     pub surface: [DVec3; 5],
-    /// N: the coefficients of 1, w1, w2, w1², w1 w2, w2². Of length 1 at
-    /// corners and middles of edges where the surface is smooth; where it is
-    /// not, about as long as keeps the floor parallel to the faces around.
+    /// N: the coefficients of 1, w1, w2, w1², w1 w2, w2². Of length 1 at corners
+    /// and edge midpoints of a smooth surface; at hard edges longer, so that the
+    /// floor is about parallel to the faces around.
     pub normal: [DVec3; 6],
     /// Unit normals of the corners: those of the mesh.
     pub corner_normals: [DVec3; 3],
-    /// For each corner what lies beyond the side opposite to it: 4 × the number
-    /// of the neighbour + the number of the neighbour's corner opposite to the
-    /// same side; or [`NO_NEIGHBOUR`].
+    /// For each corner, the neighbour at the opposite side: 4 × its index + the
+    /// index of its corner opposite to the same side; or [`NO_NEIGHBOUR`].
     pub neighbours: [u32; 3],
 }
 
 impl MeshShell {
-    /// S, relative to the anchor.
+    /// Returns S, relative to the anchor.
     pub(crate) fn surface(&self) -> Quadratic {
         let [first, second, first_first, first_second, second_second] = self.surface;
         Quadratic([
@@ -68,18 +67,18 @@ impl MeshShell {
         ])
     }
 
-    /// N.
+    /// Returns N.
     pub(crate) fn normal(&self) -> Quadratic {
         Quadratic(self.normal)
     }
 
-    /// The corners, relative to the anchor.
+    /// Returns the corners, relative to the anchor.
     pub(crate) fn corners(&self) -> [DVec3; 3] {
         let [first, second, first_first, _, second_second] = self.surface;
         [DVec3::ZERO, first + first_first, second + second_second]
     }
 
-    /// Normal of the facet by its winding; its length is twice the area, in
+    /// Returns the facet normal by the winding; its length is twice the area, in
     /// object units squared.
     pub(crate) fn area_normal(&self) -> DVec3 {
         area_normal(self.corners())
@@ -89,7 +88,7 @@ impl MeshShell {
 /// One side of a triangle, as the edge between two positions.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Side {
-    /// Numbers of the two positions, the lower one first.
+    /// Indices of the two positions, the lower one first.
     edge: [u32; 2],
     triangle: u32,
     /// The corner opposite to the side.
@@ -108,13 +107,13 @@ impl Side {
         }
     }
 
-    /// Index into lists of the sides of all triangles.
+    /// Returns the index in lists of the sides of all triangles.
     fn index(&self) -> usize {
         3 * self.triangle as usize + self.opposite as usize
     }
 
-    /// Indices into lists of the corners of all triangles: the side's ends,
-    /// the one at the lower position first.
+    /// Returns the indices of the side's ends in lists of the corners of all
+    /// triangles, the one at the lower position first.
     fn ends(&self, triangles: &[MeshTriangle]) -> [usize; 2] {
         let triangle = self.triangle as usize;
         let [start, end] = [1, 2].map(|i| (self.opposite as usize + i) % 3);
@@ -127,7 +126,7 @@ impl Side {
     }
 }
 
-/// How the prism bends along a side, and what lies beyond it.
+/// The bend of a prism along a side, and the neighbour there.
 #[derive(Clone, Copy)]
 struct Bend {
     /// E of section 6.
@@ -138,7 +137,7 @@ struct Bend {
 }
 
 impl Mesh {
-    /// The curved prisms over the triangles, in their order.
+    /// Computes the curved prisms over the triangles, in their order.
     pub fn shells(&self) -> Vec<MeshShell> {
         let triangles = &self.triangles;
         let normals = shell_normals(triangles);
@@ -170,7 +169,7 @@ fn corner_at(triangles: &[MeshTriangle], index: usize) -> &MeshCorner {
     &triangles[index / 3].corners[index % 3]
 }
 
-/// The angle of its triangle at a corner, in radians.
+/// Returns the angle of the triangle at a corner, in radians.
 fn corner_angle(triangles: &[MeshTriangle], index: usize) -> f64 {
     let corners = &triangles[index / 3].corners;
     let [here, next, previous] = [0, 1, 2].map(|i| corners[(index % 3 + i) % 3].position);
@@ -181,8 +180,8 @@ fn corner_angle(triangles: &[MeshTriangle], index: usize) -> f64 {
         .atan2(to_next.dot(to_previous))
 }
 
-/// The shell normal of every corner: one at each position, and the corner's own
-/// where the normals there have no direction in common.
+/// Computes the shell normal of every corner: one at each position, or the
+/// corner's own where the normals there cancel out.
 fn shell_normals(triangles: &[MeshTriangle]) -> Vec<DVec3> {
     let mut by_position: Vec<(u32, u32)> = (0..3 * triangles.len())
         .into_par_iter()
@@ -214,7 +213,7 @@ fn shell_normals(triangles: &[MeshTriangle]) -> Vec<DVec3> {
     normals
 }
 
-/// How the prisms bend along every side of every triangle.
+/// Computes the bends along every side of every triangle.
 fn bends(triangles: &[MeshTriangle], normals: &[DVec3]) -> Vec<Bend> {
     let mut sides: Vec<Side> = (0..3 * triangles.len())
         .into_par_iter()
@@ -237,10 +236,10 @@ fn bends(triangles: &[MeshTriangle], normals: &[DVec3]) -> Vec<Bend> {
     bends
 }
 
-/// How the prisms bend along one edge, with the indices of its `sides`.
+/// Computes the bends along one edge, with the indices of its `sides`.
 ///
-/// All triangles at the edge take the mean of what their normals ask for, so
-/// that they meet there. Nothing here depends on the direction in which a
+/// All triangles at the edge take the mean of the bends by their normals, so that
+/// they meet there. The result is independent of the direction in which a
 /// triangle runs through the edge.
 fn edge_bends(
     triangles: &[MeshTriangle],
@@ -281,14 +280,13 @@ fn edge_bends(
     })
 }
 
-/// The mean of the shell normals at an edge's ends.
+/// Returns the mean of the shell normals at an edge's ends.
 fn middle_normal(normals: &[DVec3], ends: [usize; 2]) -> DVec3 {
     0.5 * (normals[ends[0]] + normals[ends[1]])
 }
 
-/// Whether a ray that leaves the prism at one of `sides` enters one at another:
-/// there are two, they run through the edge in opposite directions, and their
-/// walls meet.
+/// Returns whether a ray that leaves the prism at one of `sides` enters the one at
+/// the other: there are two sides, in opposite directions, with the same wall.
 fn linked(triangles: &[MeshTriangle], normals: &[DVec3], sides: &[Side]) -> bool {
     let [one, other] = sides else { return false };
     let runs_up = |side: &Side| side.ends(triangles)[0] % 3 == (side.opposite as usize + 1) % 3;

@@ -1,12 +1,12 @@
-//! The mesh while it is prepared: triangles over welded positions.
+//! The mesh during preparation: triangles over welded positions.
 
 use glam::{DVec2, DVec3};
 
-/// A triangle is degenerate up to this area, in squares of its longest edge
-/// (algorithm.md, section 5).
+/// Largest area of a degenerate triangle, in squares of its longest edge
+/// (section 5 of docs/algorithm.md).
 pub(super) const DEGENERATE_AREA: f64 = 1e-12;
 
-/// A triangle on its way to a [`super::MeshTriangle`].
+/// A triangle during preparation.
 #[derive(Clone, Debug)]
 pub(super) struct Face {
     /// Welded positions: indices into [`Surface::positions`], all different.
@@ -27,12 +27,12 @@ pub(super) struct Surface {
 }
 
 impl Surface {
-    /// Positions of the corners of `face`.
+    /// Returns the positions of the corners of `face`.
     pub fn corners(&self, face: &Face) -> [DVec3; 3] {
         face.vertices.map(|vertex| self.positions[vertex as usize])
     }
 
-    /// Number of face corners at each welded position.
+    /// Returns the number of face corners at each welded position.
     pub fn valences(&self) -> Vec<u32> {
         let mut valences = vec![0; self.positions.len()];
         for vertex in self.faces.iter().flat_map(|face| face.vertices) {
@@ -42,7 +42,7 @@ impl Surface {
     }
 }
 
-/// Normal of a triangle by its winding; its length is twice the area.
+/// Returns the normal of a triangle by its winding; its length is twice the area.
 pub(super) fn area_normal(corners: [DVec3; 3]) -> DVec3 {
     (corners[1] - corners[0]).cross(corners[2] - corners[0])
 }

@@ -1,44 +1,45 @@
-//! Tangent frames by MikkTSpace, the common convention of modelling programs.
+//! Tangent frames by MikkTSpace, the common convention of modelling tools.
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::surface::{Face, Surface};
 
-/// MikkTSpace recurses around a vertex and compares all pairs of its faces:
-/// faces at busier vertices than this take frames of their own.
+/// Maximum number of faces at a vertex for MikkTSpace, which recurses around it
+/// and compares all pairs. Faces at vertices with more get frames of their own.
 const LARGEST_VALENCE: u32 = 2048;
 
-/// A tangent shorter than this within the tangent plane has no direction.
+/// Tangents whose part in the tangent plane is shorter have no direction.
 const SHORTEST_TANGENT: f64 = 1e-4;
 
 /// Tangent and bitangent of a corner; the normal is the corner's own.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct TangentFrame {
-    /// Unit tangent T, at a right angle to the normal N, along growing u.
+    /// Unit tangent T, orthogonal to the normal N, in the direction of increasing u.
     pub tangent: DVec3,
-    /// ±1: the bitangent, along growing v, is handedness · (N × T).
+    /// ±1: the bitangent, in the direction of increasing v, is
+    /// handedness · (N × T).
     pub handedness: f64,
 }
 
 impl TangentFrame {
-    /// The frame with the tangent turned into the plane at a right angle to
-    /// `normal`; none if that leaves nothing of it.
+    /// Returns the frame with the tangent projected into the plane orthogonal to
+    /// `normal`; `None` if the projection has no direction.
     fn orthogonal(tangent: DVec3, normal: DVec3, handedness: f64) -> Option<Self> {
         let in_plane = tangent - tangent.dot(normal) * normal;
         let length = in_plane.length();
-        // Once more, for what the first step left by rounding.
+        // Projected again to remove the rounding of the first step.
         let unit = in_plane / length;
         let tangent = (unit - unit.dot(normal) * normal).normalize();
-        // Written so that NaN gives none.
+        // False for NaN.
         (length > SHORTEST_TANGENT && tangent.is_finite()).then_some(Self {
             tangent,
             handedness,
         })
     }
 
-    /// The frame of a single face: T along the position's change with u; an
-    /// arbitrary frame where the texture coordinates have no area.
+    /// Returns the frame of a single face: T along the derivative of the position
+    /// by u, or an arbitrary frame if the texture coordinates have no area.
     fn of_face(corners: [DVec3; 3], uvs: [DVec2; 3], normal: DVec3) -> Self {
         let (uv1, uv2) = (uvs[1] - uvs[0], uvs[2] - uvs[0]);
         let handedness = if uv1.perp_dot(uv2) < 0.0 { -1.0 } else { 1.0 };
@@ -51,15 +52,15 @@ impl TangentFrame {
     }
 }
 
-/// The tangent frames of every face's corners. `centre` and `diagonal` are
-/// those of the bounding box.
+/// Computes the tangent frames of every face's corners. `centre` and `diagonal`
+/// are those of the bounding box.
 pub(super) fn tangent_frames(
     surface: &Surface,
     centre: DVec3,
     diagonal: f64,
 ) -> Vec<[TangentFrame; 3]> {
-    // MikkTSpace works in f32 with absolute thresholds: it sees positions and
-    // texture coordinates at unit size, so that the scale does not matter.
+    // MikkTSpace works in f32 with absolute thresholds, so positions and texture
+    // coordinates are normalised to unit size.
     let positions: Vec<Vec3> = surface
         .positions
         .par_iter()
@@ -71,7 +72,7 @@ pub(super) fn tangent_frames(
     let extent = (high - low).max_element();
     let uv_scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
 
-    // It also underflows when no face has an area in f32.
+    // It underflows for faces without area in f32.
     let valences = surface.valences();
     let is_suitable = |face: &Face| {
         let [a, b, c] = face.vertices.map(|vertex| positions[vertex as usize]);
@@ -94,7 +95,7 @@ pub(super) fn tangent_frames(
         uv_origin: low,
         uv_scale,
     };
-    // It declines only an empty mesh, which then keeps its zero tangents.
+    // It fails only on an empty mesh, whose tangents stay zero.
     mikktspace::generate_tangents(&mut geometry);
 
     surface
@@ -113,10 +114,10 @@ pub(super) fn tangent_frames(
         .collect()
 }
 
-/// The mesh as MikkTSpace sees it.
+/// The mesh for MikkTSpace.
 struct Geometry<'a> {
     faces: &'a [Face],
-    /// The faces that take part.
+    /// Indices of the faces for MikkTSpace.
     selected: Vec<usize>,
     positions: Vec<Vec3>,
     uv_origin: DVec2,

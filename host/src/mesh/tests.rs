@@ -1,8 +1,10 @@
-//! The whole preparation, tried on shapes whose curvature is known.
+//! Tests the whole preparation on shapes of known curvature.
 
 use std::f64::consts::{FRAC_PI_4, PI, TAU};
 use std::fmt::Write;
+use std::path::Path;
 
+use glam::{DQuat, DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
@@ -10,8 +12,8 @@ use super::*;
 /// A point of a parametric surface: position and normal.
 type SurfacePoint = (DVec3, DVec3);
 
-/// A grid of quads over the unit square, as an OBJ file. `point` gives the
-/// surface at grid place (column, row), `uv` the texture coordinates.
+/// Returns a grid of quads over the unit square as OBJ text. `point` returns the
+/// surface at (column, row), `uv` the texture coordinates.
 fn grid(
     columns: usize,
     rows: usize,
@@ -50,7 +52,7 @@ fn corners(mesh: &Mesh) -> impl Iterator<Item = &MeshCorner> {
     mesh.triangles.iter().flat_map(|triangle| &triangle.corners)
 }
 
-/// Text without its normals or texture coordinates: `keep` of each corner.
+/// Replaces every corner of a face by `keep` of its indices.
 fn strip_corners(text: &str, keep: impl Fn(&[&str]) -> String) -> String {
     let mut stripped = String::new();
     for line in text.lines() {
@@ -69,7 +71,7 @@ fn strip_corners(text: &str, keep: impl Fn(&[&str]) -> String) -> String {
 
 const SPHERE_RADIUS: f64 = 2.0;
 
-/// A UV sphere with u eastwards and v upwards.
+/// Returns a UV sphere with u to the east and v up.
 fn sphere() -> String {
     let (columns, rows) = (48, 24);
     let point = |column: usize, row: usize| {
@@ -82,8 +84,8 @@ fn sphere() -> String {
     grid(columns, rows, point, |u, v| DVec2::new(2.0 * u, v))
 }
 
-/// An open cylinder about y, with texture coordinates made from arc length and
-/// height.
+/// Returns an open cylinder about y, with arc length and height as texture
+/// coordinates.
 fn cylinder(radius: f64, uv: impl Fn(f64, f64) -> DVec2) -> String {
     let (columns, rows, height) = (32, 4, 3.0);
     let point = |column: usize, row: usize| {
@@ -103,7 +105,7 @@ fn rotated(angle: f64) -> impl Fn(f64, f64) -> DVec2 {
     move |u, v| DVec2::from_angle(angle).rotate(DVec2::new(u, v))
 }
 
-/// q = half the normal curvature, in a direction in space.
+/// Returns q, half the normal curvature, in a direction in space.
 fn evaluate(corner: &MeshCorner, direction: DVec3) -> f64 {
     corner.quadric.evaluate(
         direction.dot(corner.tangent),
@@ -111,7 +113,7 @@ fn evaluate(corner: &MeshCorner, direction: DVec3) -> f64 {
     )
 }
 
-/// Asserts what must hold for any mesh.
+/// Asserts the invariants of every mesh.
 fn assert_sound(mesh: &Mesh) {
     for triangle in &mesh.triangles {
         for corner in &triangle.corners {
@@ -152,7 +154,7 @@ fn a_sphere_curves_by_its_radius_at_poles_too() {
 #[test]
 fn computed_normals_are_close_to_a_sphere_s() {
     for keep_zero in [false, true] {
-        // Either no normals are named, or all of them are zero.
+        // Without normals, or with zero normals.
         let text = if keep_zero {
             sphere()
                 .lines()
@@ -181,7 +183,7 @@ fn computed_normals_are_close_to_a_sphere_s() {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
 
-    /// Curvature is 1/length, whatever the unit; UVs and frames do not change.
+    /// Curvature scales as 1/length; UVs and frames do not change.
     #[test]
     fn the_scale_changes_nothing_but_the_unit(exponent in -3.0..3.0_f64) {
         let scale = 10_f64.powf(exponent);
@@ -265,7 +267,7 @@ fn a_cube_with_hard_edges_is_flat() {
     assert_eq!((mesh.triangles.len(), mesh.position_count), (12, 8));
     assert!(corners(&mesh).all(|corner| corner.quadric == Quadric::default()));
     assert_eq!(mesh.report.reversed_triangles, 0);
-    // Without normals its corners are welded and rounded.
+    // Without normals the corners are smooth.
     let smooth = parse(
         &strip_corners(&cube(), |corner| corner[..2].join("/")),
         &options(),
@@ -360,11 +362,11 @@ fn mirrored_texture_coordinates_turn_the_frame_and_not_the_surface() {
     }
 }
 
-/// Mean error of q over all corners and directions of a jittered torus, whose
-/// frames are turned by 30°, as a share of the mean magnitude of q.
+/// Returns the mean error of q over all corners and directions of a jittered torus
+/// whose frames are rotated by 30°, relative to the mean magnitude of q.
 fn torus_error(exact_normals: bool) -> f64 {
     let (columns, rows, major, minor) = (52_usize, 26_usize, 1.0, 0.4);
-    // Up to a quarter of a cell either way, the same on both sides of a seam.
+    // Jitter of up to a quarter of a cell, equal on both sides of a seam.
     let jitter = |column: usize, row: usize, salt: u64| {
         let mut state = (column as u64 * 8191 + row as u64) * 2 + salt + 1;
         for _ in 0..3 {
@@ -664,8 +666,8 @@ fn the_number_of_threads_changes_nothing() {
     assert_eq!(with_threads(1), with_threads(5));
 }
 
-/// On a torus the averaged gradients are nearer to the true ones than any
-/// triangle's own, and corners at one place agree, across the seam too.
+/// On a torus the averaged gradients are more accurate than those of single
+/// triangles, and corners at one position agree, also across the seam.
 #[test]
 fn corner_gradients_are_smooth_and_right() {
     let torus = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/meshes/torus.obj");
@@ -693,7 +695,7 @@ fn corner_gradients_are_smooth_and_right() {
     assert!(worst < 0.04, "{worst}");
 }
 
-/// At a pole every triangle's u runs another way: the corner keeps its own.
+/// At a pole u has another direction in every triangle: each corner keeps its own.
 #[test]
 fn a_pole_keeps_the_gradients_of_its_triangles() {
     let sphere =

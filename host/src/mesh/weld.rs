@@ -1,24 +1,24 @@
-//! Joins vertices that lie at one place. Exporters split vertices at UV seams;
-//! the surface must not fall apart there.
+//! Welds vertices at the same position. Exporters split vertices at UV seams,
+//! where the surface must stay closed.
 
 use std::collections::HashMap;
 
 use glam::DVec3;
 
-/// Vertices this close together, as a share of the mesh's diagonal, are one.
+/// Welding distance, as a fraction of the mesh's diagonal.
 const TOLERANCE: f64 = 1e-9;
 
-/// Cells of the search grid are this many tolerances wide, so that the
-/// neighbourhood of most positions lies within one cell.
+/// Width of a cell of the search grid, in tolerances. Most neighbourhoods then
+/// lie in one cell.
 const CELL_TOLERANCES: f64 = 8.0;
 
-/// End of a cell's list of positions.
+/// End of a linked list.
 const END: u32 = u32::MAX;
 
-/// Positions of which no two lie within the welding tolerance.
+/// Welded positions, no two of which are within the tolerance.
 #[derive(Debug)]
 pub(super) struct Welded {
-    /// The welded positions, each the first of those that it stands for.
+    /// The welded positions; each is the first of the positions that it replaces.
     pub positions: Vec<DVec3>,
     /// Welded index of each source position.
     pub indices: Vec<u32>,
@@ -26,16 +26,15 @@ pub(super) struct Welded {
 
 /// Welds positions that are equal or at most 1e-9 · `diagonal` apart.
 ///
-/// In the order of the input, each position joins the first welded position
-/// within the tolerance, or becomes a welded position itself. So the result
-/// depends on nothing but the input, and no chain of close positions can grow
-/// together over more than the tolerance. The search is by a hash of grid
-/// cells, and looks into *every* cell that the tolerance reaches: two close
-/// positions meet even when a cell border runs between them.
+/// In input order, each position joins the first welded position within the
+/// tolerance, or becomes a welded position itself. So the result is
+/// deterministic, and chains of close positions do not merge over more than the
+/// tolerance. The search uses a hash of grid cells and looks into *every* cell
+/// that the tolerance reaches.
 ///
-/// `positions` must be finite and number less than 2³² − 1; `diagonal` must
-/// be positive and at least as long as the largest distance between two
-/// positions, so that cell numbers stay far below 2⁵³.
+/// There must be fewer than 2³² − 1 positions, all finite. `diagonal` must be
+/// positive and at least the largest distance between two positions, so that
+/// cell numbers stay far below 2⁵³.
 pub(super) fn weld(positions: &[DVec3], diagonal: f64) -> Welded {
     let origin = positions
         .iter()
@@ -53,8 +52,7 @@ pub(super) fn weld(positions: &[DVec3], diagonal: f64) -> Welded {
         positions: Vec::new(),
         indices: Vec::with_capacity(positions.len()),
     };
-    // Each cell holds a linked list of welded positions: its head is here, the
-    // links are in `next`.
+    // Each cell has a linked list of welded positions: `heads` and `next`.
     let mut heads: HashMap<[i64; 3], u32> = HashMap::with_capacity(positions.len());
     let mut next: Vec<u32> = Vec::new();
     for &position in positions {
@@ -119,8 +117,8 @@ mod tests {
     }
 
     proptest! {
-        /// Agrees with the definition, tried on all pairs, in a swarm so dense
-        /// that cells have many borders and many entries.
+        /// Compares with the definition on all pairs, in a swarm dense enough
+        /// for many cell borders and many entries per cell.
         #[test]
         fn agrees_with_an_exhaustive_search(swarm in prop::collection::vec(prop::array::uniform3(-2e-8..2e-8_f64), 1..60)) {
             let positions: Vec<DVec3> = swarm.into_iter().map(DVec3::from_array).collect();

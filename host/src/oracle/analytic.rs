@@ -1,4 +1,4 @@
-//! Carved surfaces of a known shape, traced in f64 by steps that cannot skip.
+//! Traces carved surfaces of a known shape in f64, by steps that cannot skip.
 
 use super::shape::{Foot, Shape};
 use super::{Oracle, Sample};
@@ -9,31 +9,31 @@ use glam::{DQuat, DVec2, DVec3, EulerRot};
 use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
 use std::f64::consts::SQRT_2;
 
-/// The shortest steps outside and inside the shell, object units: only what is
-/// thinner can be missed.
+/// Minimum steps outside and inside the shell, object units; only thinner details
+/// can be missed.
 const LEAST_OUTSIDE: f64 = 1e-6;
 const LEAST_INSIDE: f64 = 1e-5;
 
-/// Where an object stands: scaled, then rotated, then moved.
+/// Transform of an object: scaled, then rotated, then translated.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// World units per object unit, above 0.
     pub scale: f64,
-    /// From object space to world space.
+    /// Rotation from object space to world space.
     pub rotation: DQuat,
-    /// World units.
+    /// Translation, world units.
     pub translation: DVec3,
 }
 
 impl Placement {
-    /// Where the object's own space is the world.
+    /// The identity.
     pub const NONE: Placement = Placement {
         scale: 1.0,
         rotation: DQuat::IDENTITY,
         translation: DVec3::ZERO,
     };
 
-    /// As a scene places its object.
+    /// Returns the transform of a scene's object.
     pub fn of(object: &SceneObject) -> Placement {
         let [x, y, z] = object.rotate.map(f64::to_radians);
         Placement {
@@ -43,12 +43,12 @@ impl Placement {
         }
     }
 
-    /// A point of the world in object space.
+    /// Transforms a point from world to object space.
     pub fn point(&self, world: DVec3) -> DVec3 {
         self.direction(world - self.translation) / self.scale
     }
 
-    /// A unit direction of the world in object space.
+    /// Transforms a unit direction from world to object space.
     pub fn direction(&self, world: DVec3) -> DVec3 {
         self.rotation.inverse() * world
     }
@@ -56,24 +56,24 @@ impl Placement {
 
 /// A carved surface of a known shape.
 ///
-/// The solid lies between the surface's borders where δ ≥ 1 (unless it is cut
-/// out) and where 0 ≤ δ < 1 and g ≤ 0. It is seen from its outside only, as
-/// renderers draw it: a ray that has come below the floor, through a cut-out or
-/// past a border, meets nothing until it is outside the surface again.
+/// The solid lies between the surface's borders where δ ≥ 1 (unless cut out), and
+/// where 0 ≤ δ < 1 and g ≤ 0. Only its outside is hit, as in the renderers: a ray
+/// below the floor, through a cut-out or past a border, hits nothing until it is
+/// outside the surface again.
 pub struct AnalyticOracle<'a> {
     /// The surface.
     pub shape: &'a dyn Shape,
-    /// Where it stands.
+    /// Its transform.
     pub placement: Placement,
-    /// The pattern.
+    /// The shape map.
     pub map: &'a ShapeMap,
     /// Repeats along u and v; whole numbers where they are closed.
     pub repeat: [f64; 2],
     /// S_z, world units; less than the shape's largest depth times the scale.
     pub depth: f64,
-    /// How the pattern grows with the depth.
+    /// Growth of the pattern with the depth.
     pub extrusion: Extrusion,
-    /// No floor.
+    /// Whether there is no floor.
     pub cut_out: bool,
 }
 
@@ -101,7 +101,7 @@ impl Ray {
         self.eye + self.direction * t
     }
 
-    /// Where the ray is in the ball of `radius` around the origin, from t ≥ 0.
+    /// Returns the range of t ≥ 0 in the ball of `radius` around the origin.
     fn within(&self, radius: f64) -> Option<(f64, f64)> {
         let middle = -self.eye.dot(self.direction);
         let off = self.at(middle).length_squared();
@@ -111,7 +111,7 @@ impl Ray {
 }
 
 impl<'a> AnalyticOracle<'a> {
-    /// The carved surface `shape` in place of the mesh of a scene's object.
+    /// Makes the oracle of a scene's object, with `shape` in place of its mesh.
     pub fn new(shape: &'a dyn Shape, object: &SceneObject, prepared: &'a PreparedObject) -> Self {
         let parameters = &prepared.parameters;
         Self {
@@ -129,11 +129,11 @@ impl<'a> AnalyticOracle<'a> {
         }
     }
 
-    /// Unit normal of the carved surface at `sample` of the ray from `eye`
-    /// along the unit vector `direction`; world space.
+    /// Computes the unit normal of the carved surface at `sample` of the ray from
+    /// `eye` along the unit vector `direction`; world space.
     pub fn normal(&self, eye: DVec3, direction: DVec3, sample: Sample) -> DVec3 {
         let p = self.placement.point(eye + direction * sample.t);
-        // Wide enough to smooth the staircase of the pattern's pixels.
+        // Wide enough to smooth the staircase outline of the pattern.
         let h = 3.0 / self.texel_rate(p, 0.5 * self.own_depth()).0;
         let slope = |f: &dyn Fn(&Foot) -> f64| -> DVec3 {
             let f = |p| f(&self.shape.foot(p));
@@ -154,8 +154,8 @@ impl<'a> AnalyticOracle<'a> {
         self.depth / self.placement.scale
     }
 
-    /// A point of the ray outside of the solid and, behind it, one inside, with
-    /// no solid before: t, object units.
+    /// Returns t (object units) of a point outside the solid and of one inside it,
+    /// which bracket the first hit.
     fn first_solid(&self, ray: &Ray) -> Option<(f64, f64)> {
         let (start, end) = ray.within(self.shape.radius())?;
         let floor = self.own_depth();
@@ -182,7 +182,7 @@ impl<'a> AnalyticOracle<'a> {
             t += if outside {
                 self.safe_step(p, &foot)
             } else {
-                // To the surface or a border, but not before the floor.
+                // To the surface or a border, but at least to the floor.
                 let way_out = foot.depth.min(-foot.beyond);
                 way_out.max(foot.depth - floor).max(LEAST_OUTSIDE)
             };
@@ -190,12 +190,12 @@ impl<'a> AnalyticOracle<'a> {
         None
     }
 
-    /// A step through the shell that reaches neither the floor nor the grown
-    /// pattern, but for the shortest step.
+    /// Returns a step through the shell that reaches neither the floor nor the
+    /// grown pattern, but at least [`LEAST_INSIDE`].
     fn safe_step(&self, p: DVec3, foot: &Foot) -> f64 {
         let floor = self.own_depth();
         let (texels, reach) = self.texel_rate(p, floor - foot.depth);
-        // The distance is √2-Lipschitz a texel, and the pattern grows on the way down.
+        // The distance is √2-Lipschitz per texel, and the pattern grows downwards.
         let growth = self.extrusion.bevel.abs() * f64::from(self.map.width()) / floor;
         let gap = self.gap(foot);
         (gap / (SQRT_2 * texels + growth))
@@ -203,21 +203,21 @@ impl<'a> AnalyticOracle<'a> {
             .max(LEAST_INSIDE)
     }
 
-    /// The most texels crossed in an object unit on any way within some reach of
-    /// `p`, at most `limit`, and that reach.
+    /// Returns the maximum texels per object unit within some reach of `p`, and
+    /// that reach, which is at most `limit`.
     fn texel_rate(&self, p: DVec3, limit: f64) -> (f64, f64) {
         let metric = self.shape.metric(p, limit);
         let rate = self.texels() / metric.lengths;
         (rate.length(), metric.reach)
     }
 
-    /// Texels in a unit of u and of v.
+    /// Returns the texels per unit of u and of v.
     fn texels(&self) -> DVec2 {
         let size = DVec2::new(f64::from(self.map.width()), f64::from(self.map.height()));
         DVec2::from(self.repeat) * size
     }
 
-    /// g of section 2, texels: the distance to the grown pattern.
+    /// Computes g of section 2, texels: the distance to the grown pattern.
     fn gap(&self, foot: &Foot) -> f64 {
         let Extrusion {
             extension,
@@ -229,8 +229,8 @@ impl<'a> AnalyticOracle<'a> {
         self.distance_to_pattern(foot.uv) - radius * f64::from(self.map.width())
     }
 
-    /// Distance to the pattern, texels: the bilinear interpolation of the map,
-    /// whose rows run down while v runs up.
+    /// Computes the distance to the pattern, texels: the bilinear interpolation of
+    /// the map, whose rows run down while v runs up.
     fn distance_to_pattern(&self, uv: DVec2) -> f64 {
         let (width, height) = (self.map.width(), self.map.height());
         let column = |x: f64| (x as i64).rem_euclid(i64::from(width)) as u32;

@@ -1,11 +1,9 @@
-//! How wrong a picture is, in pixels: how far from its place each pixel shows
-//! what it shows.
+//! Measures the errors of a picture in pixels: the displacement of each pixel.
 //!
-//! A pixel is right within r pixels if what it shows (the class of surface,
-//! and its distance) is what the truth shows somewhere within r pixels of the
-//! pixel's centre. So a column's edge that is drawn half a pixel beside its
-//! place makes errors of half a pixel, and a hole in the middle of a column
-//! makes one as large as the way to the next hole.
+//! The error of a pixel is the smallest r such that the truth shows the pixel's
+//! class and distance somewhere within r pixels of its centre. An edge drawn
+//! half a pixel off has errors of half a pixel; a hole in a column has an error
+//! of the distance to the nearest true hole.
 
 use super::{Oracle, Sample, Truth, class_index};
 use crate::render::GeometryWords;
@@ -13,41 +11,39 @@ use glam::DVec3;
 use rayon::prelude::*;
 use relievo_shared::layout::Frame;
 
-/// The radii that are told apart, pixels.
+/// Radii that are measured, pixels.
 pub const RADII: [f64; 14] = [
     0.02, 0.05, 0.1, 0.2, 0.35, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0,
 ];
 
-/// Directions around a pixel in which is looked.
+/// Number of directions traced around a pixel.
 const DIRECTIONS: usize = 16;
 
-/// The share of the pixels whose error an error in pixels is: up to one in a
-/// hundred may be worse.
+/// Quantile of the per-pixel error that is reported as `error_px`.
 pub const SHARE: f64 = 0.99;
 
-/// How far a surface may lie before or behind the truth, where both show the
-/// same class in the same place: by this many widths of a pixel there, beside
-/// what lies between the truth's points around it.
-const DEPTH_SLACK: f64 = 1.0;
+/// Allowed difference of the distance at the same class, in widths of a pixel at
+/// the hit, beyond the range of the true distances around the pixel.
+const DEPTH_MARGIN: f64 = 1.0;
 
-/// Wrong pixels that are looked around, of more.
+/// Maximum number of wrong pixels to sample.
 const MANY: usize = 1000;
-/// Wrong pixels that are looked around first.
+/// Number of wrong pixels to sample first.
 const FEW: usize = 200;
-/// So many times the allowed share is far above it.
+/// A share above this multiple of the allowed one is not measured more exactly.
 const HOPELESS: f64 = 4.0;
 
 /// The errors of a picture, in pixels.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Displacements {
-    /// One for each pixel in which the picture or the truth shows something,
-    /// in growing order: 0, one of [`RADII`] or the largest asked for, or infinity.
+    /// One for each pixel hit in the picture or the truth, ascending: 0, one of
+    /// [`RADII`], the largest radius requested, or infinity.
     sorted: Vec<f64>,
 }
 
 impl Displacements {
-    /// The error that [`SHARE`] of the pixels keep, pixels; 0 where nothing is
-    /// shown, infinity beyond the largest of [`RADII`] that was looked at.
+    /// Returns the [`SHARE`] quantile of the errors, pixels; 0 without hits,
+    /// infinity beyond the largest radius requested.
     pub fn error_px(&self) -> f64 {
         let kept = (SHARE * self.sorted.len() as f64).ceil() as usize;
         match kept.checked_sub(1) {
@@ -56,24 +52,22 @@ impl Displacements {
         }
     }
 
-    /// The share of the pixels that are wrong by more than `limit` pixels.
+    /// Returns the share of the pixels whose error exceeds `limit` pixels.
     pub fn share_above(&self, limit: f64) -> f64 {
         let right = self.sorted.partition_point(|error| *error <= limit);
         (self.sorted.len() - right) as f64 / self.sorted.len().max(1) as f64
     }
 
-    /// Number of pixels in which the picture or the truth shows something.
+    /// Returns the number of pixels hit in the picture or the truth.
     pub fn pixels(&self) -> usize {
         self.sorted.len()
     }
 }
 
 impl Truth {
-    /// How far beside their places the pixels of `words` are, which is the
-    /// picture of `frame` that this is the truth of, seen from `eye` (world
-    /// units) and known to `oracle`. Errors above `largest` pixels are not told
-    /// apart; where more than a thousand pixels are not right in their middle,
-    /// some stand for all of them.
+    /// Measures the errors of `words`, a picture of `frame` seen from `eye` (world
+    /// units), whose truth from `oracle` this is. Errors above `largest` pixels
+    /// are infinite. Of more than 1,000 wrong pixels a sample is measured.
     ///
     /// # Panics
     /// If `words` have another size.
@@ -102,11 +96,11 @@ impl Truth {
         Displacements { sorted }
     }
 
-    /// The number of pixels in which something is or is shown, and the share of
-    /// them that is wrong by more than `limit` pixels; as
-    /// [`Truth::displacements`] says it, but `frame` has one ray every `stride`
-    /// pixels, and a share far above what an error in pixels allows is an
-    /// estimate.
+    /// Returns the number of pixels hit in the picture or the truth, and the share
+    /// of them whose error exceeds `limit` pixels.
+    ///
+    /// As [`Truth::displacements`], but `frame` has one ray every `stride` pixels,
+    /// and a share far above [`SHARE`]'s allowance is an estimate.
     ///
     /// # Panics
     /// If `words` have another size.
@@ -134,7 +128,7 @@ impl Truth {
             wrong.count()
         };
         let share = |count: usize| count as f64 / pixels.max(1) as f64;
-        // A few tell whether it is worth while to look around all of them.
+        // A sample decides whether all of them are worth measuring.
         let step = (doubtful.len() / FEW).max(1);
         let estimate = share(step * wrong(&doubtful, step)).min(1.0);
         if step == 1 || estimate > HOPELESS * (1.0 - SHARE) {
@@ -144,7 +138,7 @@ impl Truth {
         }
     }
 
-    /// Every pixel in which something is or is shown, and what is shown there.
+    /// Returns the pixels hit in the picture or the truth, with the picture's hit.
     fn shown(&self, words: &GeometryWords) -> Vec<(usize, Sample)> {
         assert_eq!(
             (self.width, self.height),
@@ -152,7 +146,7 @@ impl Truth {
         );
         (0..self.samples.len())
             .map(|i| {
-                let t = f64::from(f32::from_bits(words.place[i][0]));
+                let t = f64::from(words.t(i));
                 let class = words.class(i);
                 (i, Sample { class, t })
             })
@@ -168,7 +162,7 @@ struct Surroundings<'a> {
     eye: DVec3,
     frame: &'a Frame,
     stride: f64,
-    /// A pixel's width at distance 1.
+    /// Width of a pixel at distance 1.
     pixel: f64,
 }
 
@@ -191,7 +185,7 @@ impl<'a> Surroundings<'a> {
         }
     }
 
-    /// Those of the pixels that are not right in their middle.
+    /// Returns the pixels that differ from the truth at their centre.
     fn doubtful(&self, shown: &[(usize, Sample)]) -> Vec<(usize, Sample)> {
         let is_doubtful = |(i, shown): &&(usize, Sample)| self.displacement(*i, *shown, &[]) > 0.0;
         shown.par_iter().filter(is_doubtful).copied().collect()
@@ -211,8 +205,8 @@ impl<'a> Surroundings<'a> {
     }
 }
 
-/// The least of `radii` within which the truth, which is `there` in the
-/// middle and `around` it, shows what is `shown`; `pixel` is a pixel's width at
+/// Returns the smallest of `radii` within which the truth, `there` at the centre
+/// and `around` it, shows what is `shown`; `pixel` is the width of a pixel at
 /// distance 1.
 fn displacement(
     there: Sample,
@@ -222,21 +216,21 @@ fn displacement(
     around: impl Fn(f64, usize) -> Sample,
 ) -> f64 {
     let class = class_index(shown.class);
-    // The distances at which the truth shows that class.
+    // Range of the distances at which the truth shows that class.
     let mut range = (f64::INFINITY, f64::NEG_INFINITY);
     let mut look = |sample: Sample, radius: f64| {
         if class_index(sample.class) != class {
             return false;
         }
         range = (range.0.min(sample.t), range.1.max(sample.t));
-        let slack = DEPTH_SLACK * radius * pixel * shown.t;
-        !shown.is_hit() || (range.0 - slack <= shown.t && shown.t <= range.1 + slack)
+        let margin = DEPTH_MARGIN * radius * pixel * shown.t;
+        !shown.is_hit() || (range.0 - margin <= shown.t && shown.t <= range.1 + margin)
     };
     if look(there, RADII[0]) {
         return 0.0;
     }
     for &radius in radii {
-        // All of them, since the range is that of the whole circle.
+        // All directions, since the range is that of the whole circle.
         let mut is_shown = false;
         for direction in 0..DIRECTIONS {
             is_shown |= look(around(radius, direction), radius);
@@ -248,8 +242,8 @@ fn displacement(
     f64::INFINITY
 }
 
-/// Unit direction through the point (`x`, `y`) of `frame`, pixels from the
-/// centre of the first.
+/// Returns the unit direction through the point (`x`, `y`) of `frame`, pixels from
+/// the centre of the first.
 fn ray_at(frame: &Frame, x: f64, y: f64) -> DVec3 {
     let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let raw = wide(frame.ray_first) + wide(frame.ray_right) * x + wide(frame.ray_down) * y;

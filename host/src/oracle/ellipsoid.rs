@@ -1,40 +1,40 @@
-//! The ellipsoid: the foot point by Newton's method.
+//! The ellipsoid, whose foot point is found by Newton's method.
 
 use super::shape::{Foot, Metric, Shape};
 use super::sphere::spherical;
 use glam::{DVec2, DVec3};
 use std::f64::consts::{PI, TAU};
 
-/// An ellipsoid around the origin: a sphere, texture included, stretched along
-/// the axes.
+/// An ellipsoid around the origin: a sphere with its texture, stretched along the
+/// axes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Ellipsoid {
-    /// Half its width, height and length, object units.
+    /// Half axes along x, y and z, object units.
     pub axes: DVec3,
 }
 
 impl Ellipsoid {
-    /// The point of the surface that is nearest to `point`, and λ of
-    /// point = foot + λ foot / axes²: above 0 outside, below 0 inside.
+    /// Finds the nearest point of the surface, and λ of
+    /// point = foot + λ foot / axes²: positive outside, negative inside.
     ///
     /// foot_i = a_i² p_i / (λ + a_i²) lies on the surface where
-    /// f(λ) = Σ (a_i p_i / (λ + a_i²))² − 1 is 0. Above −min a_i² f falls and is
-    /// convex, so Newton's method rises without ever passing the only root when
-    /// it starts where f ≥ 0; it ends by converging quadratically.
+    /// f(λ) = Σ (a_i p_i / (λ + a_i²))² − 1 is 0. Above −min a_i² f is decreasing
+    /// and convex, so Newton's method started where f ≥ 0 approaches the only root
+    /// from below, and converges quadratically.
     fn nearest(&self, point: DVec3) -> (DVec3, f64) {
         let squares = self.axes * self.axes;
         // A coordinate of 0 would hide its side of the surface deep inside.
         let least = 1e-9 * self.axes.min_element();
         let point = DVec3::from(point.to_array().map(|x| x.signum() * x.abs().max(least)));
         let scaled = self.axes * point;
-        // One term of the sum alone is 1 here.
+        // One term of the sum is 1 here, so f ≥ 0.
         let mut lambda = (scaled.abs() - squares).max_element();
         for _ in 0..STEPS {
             let terms = scaled / (squares + lambda);
             let f = terms.length_squared() - 1.0;
             let slope = -2.0 * (terms * terms / (squares + lambda)).element_sum();
             let next = lambda - f / slope;
-            // Rounding ends the rise.
+            // Converged to rounding.
             if next <= lambda {
                 break;
             }
@@ -43,14 +43,14 @@ impl Ellipsoid {
         (squares * point / (squares + lambda), lambda)
     }
 
-    /// The greatest curvature, one over object units.
+    /// Returns the maximum curvature, 1 / object units.
     fn curvature(&self) -> f64 {
         self.axes.max_element() / self.axes.min_element().powi(2)
     }
 }
 
-/// Far from the root a step makes λ + a² half as large again; so many lead from
-/// the least coordinate to any root.
+/// Maximum number of steps. Far from the root a step increases λ + a² by half, so
+/// these suffice from the least coordinate to any root.
 const STEPS: usize = 100;
 
 impl Shape for Ellipsoid {
@@ -70,8 +70,8 @@ impl Shape for Ellipsoid {
     fn metric(&self, point: DVec3, limit: f64) -> Metric {
         let (foot, lambda) = self.nearest(point);
         let depth = -lambda * (foot / (self.axes * self.axes)).length();
-        // The foot point moves this much faster than the point, at most, and its
-        // image on the unit sphere by the least axis.
+        // The foot point moves at most 1 / slowness times as fast as the point, and
+        // its image on the unit sphere 1 / axis times as fast as that.
         let slowness = 1.0 - (depth + limit) * self.curvature();
         let least = self.axes.min_element() * slowness;
         let unit = foot / self.axes;

@@ -1,4 +1,4 @@
-//! The surfaces that can be unrolled: plane and open cylinder.
+//! Developable surfaces: plane and open cylinder.
 
 use super::shape::{Foot, Metric, Shape, longitude};
 use glam::{DVec2, DVec3};
@@ -32,7 +32,7 @@ impl Shape for Plane {
     }
 
     fn largest_depth(&self) -> f64 {
-        // As much as the ball of `radius` holds.
+        // Bounded by the ball of `radius`.
         self.side
     }
 
@@ -45,7 +45,7 @@ impl Shape for Plane {
     }
 }
 
-/// A cylinder around the y axis without caps, its middle at the origin; u is the
+/// A cylinder around the y axis without caps, centred at the origin; u is the
 /// longitude from +z towards +x, v runs upwards.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cylinder {

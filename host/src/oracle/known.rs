@@ -1,4 +1,4 @@
-//! Which known surface a mesh approximates.
+//! Finds the known surface that a mesh approximates.
 
 use super::analytic::{AnalyticOracle, Placement};
 use super::flat::{Cylinder, Plane};
@@ -9,7 +9,7 @@ use crate::prepare::PreparedObject;
 use crate::scene::SceneObject;
 use glam::{DVec2, DVec3};
 
-/// The surfaces of this project's meshes.
+/// The surfaces of the meshes in `assets/meshes`.
 pub const KNOWN: [&dyn Shape; 6] = [
     &Torus {
         major: 1.0,
@@ -30,14 +30,14 @@ pub const KNOWN: [&dyn Shape; 6] = [
     },
 ];
 
-/// How far a vertex may lie off its surface, in parts of the shape's radius, and
-/// its texture coordinates from the closed form.
+/// Maximum distance of a vertex from its surface, as a share of the shape's
+/// radius, and of its texture coordinates from the closed form.
 const TOLERANCE: f64 = 1e-4;
 
-/// No closed form can judge an object.
+/// Reason why an object has no analytic oracle.
 #[derive(Debug, thiserror::Error)]
 pub enum UnknownShape {
-    /// The mesh approximates none of them.
+    /// The mesh approximates no known surface.
     #[error(
         "the mesh of object {object:?} lies on no surface of a known closed form with its texture coordinates; the known ones are those of assets/meshes: {}",
         names()
@@ -46,7 +46,7 @@ pub enum UnknownShape {
         /// The object.
         object: String,
     },
-    /// The pattern breaks off where the surface closes.
+    /// The pattern does not repeat a whole number of times around a closed surface.
     #[error(
         "object {object:?} repeats its pattern {repeat} times around a closed {shape}; only whole numbers join up, so make repeat one"
     )]
@@ -55,10 +55,10 @@ pub enum UnknownShape {
         object: String,
         /// The shape.
         shape: &'static str,
-        /// Repeats.
+        /// Number of repeats.
         repeat: f64,
     },
-    /// The normals meet within the shell.
+    /// The depth reaches the point where normals meet.
     #[error(
         "object {object:?} is carved {depth} deep, but a {shape} of this size has room for less than {largest}; make depth smaller"
     )]
@@ -67,9 +67,9 @@ pub enum UnknownShape {
         object: String,
         /// The shape.
         shape: &'static str,
-        /// S_z, world units.
+        /// Depth S_z, world units.
         depth: f64,
-        /// Where normals meet, world units.
+        /// Depth at which normals meet, world units.
         largest: f64,
     },
 }
@@ -81,12 +81,12 @@ fn names() -> String {
 }
 
 impl AnalyticOracle<'_> {
-    /// The oracle of a scene's object, if its mesh approximates one of [`KNOWN`]:
-    /// every vertex lies on the surface with the texture coordinates of the closed
-    /// form, and the triangles cover it.
+    /// Makes the oracle of a scene's object if its mesh approximates one of
+    /// [`KNOWN`]: every vertex lies on the surface with the texture coordinates of
+    /// the closed form, and the triangles cover it.
     ///
     /// # Errors
-    /// [`UnknownShape`]: also for a pattern or a depth that the surface cannot take.
+    /// [`UnknownShape`], also for a pattern or a depth that does not fit the surface.
     pub fn find<'a>(
         object: &SceneObject,
         prepared: &'a PreparedObject,
@@ -120,7 +120,8 @@ impl AnalyticOracle<'_> {
     }
 }
 
-/// Whether `mesh` approximates the whole of `shape`, seen from the same side.
+/// Returns whether `mesh` approximates the whole of `shape`, seen from the same
+/// side.
 pub(super) fn fits(shape: &dyn Shape, mesh: &Mesh, placement: &Placement) -> bool {
     let corners = mesh.triangles.iter().flat_map(|triangle| &triangle.corners);
     let on_surface = corners.into_iter().all(|corner| {
@@ -133,7 +134,7 @@ pub(super) fn fits(shape: &dyn Shape, mesh: &Mesh, placement: &Placement) -> boo
             && shape.foot(below).depth > foot.depth
             && same_texture(shape, p, foot.uv, corner.uv)
     });
-    // Of the triangles at a sphere's poles half the texture is left out.
+    // Triangles at the poles of a sphere cover half of their texture.
     let covered: f64 = mesh
         .triangles
         .iter()
@@ -145,8 +146,8 @@ pub(super) fn fits(shape: &dyn Shape, mesh: &Mesh, placement: &Placement) -> boo
     on_surface && (0.85..1.001).contains(&covered)
 }
 
-/// Whether `uv` are the texture coordinates at `p`, up to whole turns where they
-/// are closed; at a pole any u will do.
+/// Returns whether `uv` are the texture coordinates at `p`, up to whole turns of
+/// closed ones; at a pole any u is accepted.
 pub(super) fn same_texture(shape: &dyn Shape, p: DVec3, expected: DVec2, uv: DVec2) -> bool {
     let lengths = shape.metric(p, 0.0).lengths;
     let apart = uv - expected;

@@ -1,5 +1,5 @@
 //! The oracle of arbitrary meshes: the accurate tier's prisms in f64, which
-//! tells errors of f32 arithmetic from errors of the model (O2 of section 7).
+//! separates errors of f32 arithmetic from errors of the model (O2 of section 7).
 
 use super::prism_search::{HulledPrism, search};
 use super::wide::{wide_object, wide_shell};
@@ -16,11 +16,11 @@ use relievo_shared_f64::normals::class_of;
 use relievo_shared_f64::profile::Profile;
 use relievo_shared_f64::shape_map::ShapeMap;
 
-/// Steps of one search, and bisections after it: more than any search needs.
+/// Maximum steps and bisections of a search: more than any search needs.
 const LINEAR_STEPS: u32 = 100_000;
 const BINARY_STEPS: u32 = 60;
 
-/// All prisms of a scene, and what each ray meets in them.
+/// All prisms of a scene.
 pub struct MeshOracle<'a> {
     prisms: Vec<ScenePrism>,
     objects: Vec<SceneObject<'a>>,
@@ -41,22 +41,22 @@ struct SceneObject<'a> {
     texels: &'a [u32],
 }
 
-/// What a ray meets, and what it took to find it.
+/// The hit of a ray, and the work to find it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrismSample {
     /// The nearest hit.
     pub sample: Sample,
-    /// Prisms searched.
+    /// Number of prisms searched.
     pub prisms: u32,
-    /// Steps of all searches together.
+    /// Total steps of all searches.
     pub steps: u32,
-    /// Prisms in which the ray could not be followed, since they are folded.
+    /// Number of prisms in which the ray was lost because they fold.
     pub lost: u32,
 }
 
 impl<'a> MeshOracle<'a> {
-    /// Builds the prisms of all triangles of `scene`, which must not be drawn
-    /// with another depth or pattern.
+    /// Builds the prisms of all triangles of `scene`. Renderings to compare must
+    /// have the same depth and pattern.
     pub fn new(scene: &'a PreparedScene) -> MeshOracle<'a> {
         let mut prisms = Vec::with_capacity(scene.triangle_count());
         let mut objects = Vec::with_capacity(scene.objects.len());
@@ -83,8 +83,8 @@ impl<'a> MeshOracle<'a> {
         }
     }
 
-    /// The first hit on the ray from `eye` (world units) along the unit vector
-    /// `direction`, with the effort.
+    /// Returns the first hit of the ray from `eye` (world units) along the unit
+    /// vector `direction`, with the work to find it.
     pub fn sample(&self, eye: DVec3, direction: DVec3) -> PrismSample {
         let eye = eye - self.origin;
         let mut found = PrismSample {
@@ -128,7 +128,7 @@ impl Oracle for MeshOracle<'_> {
     }
 }
 
-/// A bounding volume hierarchy, in f32 with boxes a little wider than given.
+/// A bounding volume hierarchy in f32, with slightly widened boxes.
 struct Hierarchy(Bvh2);
 
 impl Hierarchy {
@@ -144,7 +144,7 @@ impl Hierarchy {
         Hierarchy(hierarchy::build(&boxes))
     }
 
-    /// Calls `visit` with the number of each box that the ray may meet.
+    /// Calls `visit` with the index of each box that the ray may hit.
     fn for_each(&self, eye: DVec3, direction: DVec3, mut visit: impl FnMut(usize)) {
         let ray = Ray::new_inf(Vec3A::from(eye.as_vec3()), Vec3A::from(direction.as_vec3()));
         self.0.ray_traverse_anyhit(ray, |_, leaf| {
@@ -171,24 +171,24 @@ mod tests {
         Scene::parse(&text, &folder).unwrap()
     }
 
-    /// How the CPU's picture of `scene` compares with `truth`.
-    fn judge(scene: &PreparedScene, truth: &Truth) -> Accuracy {
+    /// Compares the CPU's picture of `scene` with `truth`.
+    fn compare(scene: &PreparedScene, truth: &Truth) -> Accuracy {
         let words = CpuRenderer::new(scene).geometry(&scene.frame).unwrap();
-        truth.judge(&words)
+        truth.compare(&words)
     }
 
     /// A mesh, its repeats, the eye, and the least IoU against its closed form.
-    type View = (&'static str, [u32; 2], [f64; 3], f64);
-    const VIEWS: [View; 3] = [
+    type Case = (&'static str, [u32; 2], [f64; 3], f64);
+    const CASES: [Case; 3] = [
         ("torus", [24, 10], [0.0, 2.3, 3.4], 0.998),
         ("sphere", [16, 8], [0.6, 0.9, 3.4], 0.998),
         ("cylinder", [16, 8], [3.4, 0.0, 3.4], 0.9995),
     ];
 
-    /// The two judges and the accurate tier agree; the fast tier is worse.
+    /// The two oracles and the accurate tier agree; the fast tier is worse.
     #[test]
     fn prisms_agree_with_closed_forms_and_with_the_accurate_tier() {
-        for (mesh, repeat, eye, least) in VIEWS {
+        for (mesh, repeat, eye, least) in CASES {
             let accurate = scene(mesh, "accurate", repeat, eye, [240, 180]);
             let prepared = prepare(&accurate, &|_| ()).unwrap();
             let eye = DVec3::from(prepared.camera.eye);
@@ -197,8 +197,8 @@ mod tests {
             let analytic = Truth::of(&analytic, eye, &prepared.frame);
             let prisms = Truth::of(&MeshOracle::new(&prepared), eye, &prepared.frame);
 
-            let against_analytic = judge(&prepared, &analytic);
-            let against_prisms = judge(&prepared, &prisms);
+            let against_analytic = compare(&prepared, &analytic);
+            let against_prisms = compare(&prepared, &prisms);
             println!("{mesh}: {against_analytic:?}\n    {against_prisms:?}");
             assert!(
                 against_analytic.silhouette_iou >= least,
@@ -210,7 +210,7 @@ mod tests {
 
             let fast = scene(mesh, "fast", repeat, eye.to_array(), [240, 180]);
             let prepared = prepare(&fast, &|_| ()).unwrap();
-            let fast = judge(&prepared, &analytic);
+            let fast = compare(&prepared, &analytic);
             assert!(fast.silhouette_iou < least, "{fast:?}");
             assert!(
                 fast.class_errors > against_analytic.class_errors,

@@ -1,8 +1,36 @@
-//! What a carved surface really looks like, where a closed form says it
-//! (section 7 of the algorithm), and how far a rendering is from it.
+//! Traces the true carved surface (section 7), and measures the errors of a
+//! rendering against it.
 //!
 //! An oracle shares no marching code with the renderers, only the definition of
 //! the pattern's edge: the zero set of the bilinear interpolation of the shape map.
+//!
+//! ```
+//! use glam::DVec3;
+//! use relievo::oracle::{MeshOracle, Truth};
+//! use relievo::prepare::prepare;
+//! use relievo::render::{CpuRenderer, Renderer};
+//! use relievo::scene::Scene;
+//! use relievo::{Files, Limits};
+//! use std::path::Path;
+//!
+//! let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+//! let files = Files::memory([("quad.obj".into(), quad.as_bytes().into())]);
+//! let text = r#"
+//! image.size = [40, 30]
+//! [[object]]
+//! mesh = "quad.obj"
+//! shape = { text = "A" }
+//! projection = "planar-z"
+//! tier = "accurate"
+//! "#;
+//! let scene = Scene::parse_with(text, Path::new(""), &Limits::default(), files)?;
+//! let prepared = prepare(&scene, &|_| ())?;
+//! let eye = DVec3::from(prepared.camera.eye);
+//! let truth = Truth::of(&MeshOracle::new(&prepared), eye, &prepared.frame);
+//! let words = CpuRenderer::new(&prepared).geometry(&prepared.frame)?;
+//! assert!(truth.compare(&words).silhouette_iou > 0.9);
+//! # Ok::<(), relievo::Error>(())
+//! ```
 
 mod analytic;
 mod displacement;
@@ -38,14 +66,14 @@ use rayon::prelude::*;
 use relievo_shared::layout::Frame;
 use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
 
-/// Something that knows what a ray really meets.
+/// Traces rays through the true surface.
 pub trait Oracle: Sync {
-    /// The first hit on the ray from `eye` (world units) along the unit vector
-    /// `direction`.
+    /// Returns the first hit of the ray from `eye` (world units) along the unit
+    /// vector `direction`.
     fn trace(&self, eye: DVec3, direction: DVec3) -> Sample;
 }
 
-/// Several objects, each with its own oracle: the nearest hit of all.
+/// Several objects, each with its own oracle; traces the nearest hit of all.
 pub struct Nearest<'a>(pub Vec<Box<dyn Oracle + 'a>>);
 
 impl Oracle for Nearest<'_> {
@@ -59,7 +87,7 @@ impl Oracle for Nearest<'_> {
     }
 }
 
-/// What a ray really meets first.
+/// The true first hit of a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// `CLASS_MISS`, `CLASS_CAP`, `CLASS_WALL` for a side of any slope, or `CLASS_FLOOR`.
@@ -69,50 +97,51 @@ pub struct Sample {
 }
 
 impl Sample {
-    /// A ray that meets nothing.
+    /// A ray without a hit.
     pub const MISS: Sample = Sample {
         class: CLASS_MISS,
         t: 0.0,
     };
 
-    /// Whether the ray meets anything.
+    /// Returns whether the ray hits anything.
     pub fn is_hit(self) -> bool {
         self.class != CLASS_MISS
     }
 }
 
-/// What every ray of a frame really meets.
+/// The true hits of all rays of a frame.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Truth {
     /// Width, pixels.
     pub width: usize,
     /// Height, pixels.
     pub height: usize,
-    /// One sample a pixel, rows from the top.
+    /// One sample per pixel, rows from the top.
     pub samples: Vec<Sample>,
 }
 
-/// How a pixel of a rendering compares with the truth.
+/// Comparison of a pixel of a rendering with the truth.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// Nothing is there, and nothing was found.
+    /// A miss in both.
     Nothing,
-    /// The right class of surface was found.
+    /// A hit of the same class.
     Same,
-    /// Another class of surface was found.
+    /// A hit of another class.
     OtherClass,
-    /// Something is there, at the edge of it, and was not found.
+    /// A miss where the truth has a hit, at most one pixel inside its outline.
     Hole,
-    /// The same more than one pixel inside the truth's outline.
+    /// A miss where the truth has a hit, more than one pixel inside its outline.
     InteriorHole,
-    /// Nothing is there, and something was found.
+    /// A hit where the truth has a miss.
     Extra,
 }
 
-/// What [`Accuracy::confusion`] counts; an oracle does not tell bevels from walls.
+/// Classes of [`Accuracy::confusion`]; an oracle does not distinguish bevels from
+/// walls.
 pub const CLASS_NAMES: [&str; 4] = ["miss", "cap", "side", "floor"];
 
-/// Number of `class` in [`CLASS_NAMES`].
+/// Returns the index of `class` in [`CLASS_NAMES`].
 fn class_index(class: u32) -> usize {
     match class {
         CLASS_MISS => 0,
@@ -122,30 +151,30 @@ fn class_index(class: u32) -> usize {
     }
 }
 
-/// How well a rendering agrees with an oracle.
+/// Agreement of a rendering with an oracle.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
 pub struct Accuracy {
-    /// Pixels hit in both, over pixels hit in either; 1 where there are none.
+    /// Pixels hit in both, over pixels hit in either; 1 if there are none.
     pub silhouette_iou: f64,
-    /// Pixels that the oracle hits and the rendering misses.
+    /// Pixels that only the oracle hits.
     pub holes: usize,
-    /// Those more than one pixel inside the oracle's outline.
+    /// Holes more than one pixel inside the oracle's outline.
     pub interior_holes: usize,
-    /// Pixels that the rendering hits and the oracle misses.
+    /// Pixels that only the rendering hits.
     pub extra: usize,
-    /// Root of the mean square of the error of t, world units, where both hit.
+    /// Root mean square error of t where both hit, world units.
     pub distance_rmse: f64,
-    /// 99th percentile of the error of t, world units, where both hit.
+    /// 0.99 quantile of the error of t where both hit, world units.
     pub distance_p99: f64,
     /// Share of the pixels hit in both whose class differs.
     pub class_errors: f64,
-    /// Number of pixels by the oracle's class (row) and the rendering's (column),
+    /// Number of pixels by class of the oracle (row) and of the rendering (column),
     /// in the order of [`CLASS_NAMES`].
     pub confusion: [[usize; 4]; 4],
 }
 
 impl Truth {
-    /// What each ray of `frame` really meets, seen from `eye` (world units).
+    /// Traces each ray of `frame`, seen from `eye` (world units).
     pub fn of(oracle: &dyn Oracle, eye: DVec3, frame: &Frame) -> Truth {
         let [width, height] = frame.size.map(|side| side as usize);
         let samples = (0..width * height)
@@ -162,7 +191,7 @@ impl Truth {
     /// Compares each pixel of a rendering of the same frame with the truth.
     ///
     /// # Panics
-    /// If `words` have another size.
+    /// If `words` and the truth differ in size.
     pub fn verdicts(&self, words: &GeometryWords) -> Vec<Verdict> {
         assert_eq!(
             (self.width, self.height),
@@ -185,11 +214,11 @@ impl Truth {
             .collect()
     }
 
-    /// Sums up how well a rendering of the same frame agrees.
+    /// Measures the agreement of a rendering of the same frame.
     ///
     /// # Panics
-    /// If `words` have another size.
-    pub fn judge(&self, words: &GeometryWords) -> Accuracy {
+    /// If `words` and the truth differ in size.
+    pub fn compare(&self, words: &GeometryWords) -> Accuracy {
         let verdicts = self.verdicts(words);
         let count = |wanted| verdicts.iter().filter(|found| **found == wanted).count();
         let [same, other, edge_holes, interior_holes, extra] = [
@@ -203,7 +232,7 @@ impl Truth {
         let holes = edge_holes + interior_holes;
         let mut errors: Vec<f64> = (0..verdicts.len())
             .filter(|&i| matches!(verdicts[i], Verdict::Same | Verdict::OtherClass))
-            .map(|i| (self.samples[i].t - f64::from(f32::from_bits(words.place[i][0]))).abs())
+            .map(|i| (self.samples[i].t - f64::from(words.t(i))).abs())
             .collect();
         errors.sort_by(f64::total_cmp);
         let squares: f64 = errors.iter().map(|error| error * error).sum();
@@ -229,12 +258,12 @@ impl Truth {
         }
     }
 
-    /// Where `words` differ from the truth: holes red, inside the outline purple,
-    /// what is too much blue, another class yellow, and what is right in greys
-    /// by class.
+    /// Draws the differences of `words` from the truth: holes red, interior holes
+    /// purple, extra pixels blue, another class yellow, and agreement in greys by
+    /// class.
     ///
     /// # Panics
-    /// If `words` have another size.
+    /// If `words` and the truth differ in size.
     pub fn picture(&self, words: &GeometryWords) -> Picture {
         let bytes = self
             .verdicts(words)
@@ -250,7 +279,7 @@ impl Truth {
         }
     }
 
-    /// Whether pixel `i` and its eight neighbours are hit.
+    /// Returns whether pixel `i` and its eight neighbours are hit.
     fn is_interior(&self, i: usize) -> bool {
         let (x, y) = (i % self.width, i / self.width);
         (1..self.width.saturating_sub(1)).contains(&x)
@@ -275,7 +304,7 @@ fn color_of(verdict: Verdict, sample: Sample) -> Color {
     })
 }
 
-/// Unit direction through the centre of pixel (`x`, `y`) of `frame`.
+/// Returns the unit direction through the centre of pixel (`x`, `y`) of `frame`.
 fn ray(frame: &Frame, x: usize, y: usize) -> DVec3 {
     let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let raw =
@@ -331,7 +360,7 @@ mod tests {
                 .map(|i| [if i % 4 == 3 { 0 } else { CLASS_CAP | 7 << 8 }, 0, 0, 0])
                 .collect(),
         };
-        let right = truth.judge(&words);
+        let right = truth.compare(&words);
         assert_eq!((right.silhouette_iou, right.class_errors), (1.0, 0.0));
         assert_eq!((right.holes, right.extra, right.distance_p99), (0, 0, 0.0));
 
@@ -340,7 +369,7 @@ mod tests {
         words.surface[3][0] = CLASS_FLOOR;
         words.surface[8][0] = CLASS_BEVEL;
         words.place[8][0] = 2.5f32.to_bits();
-        let wrong = truth.judge(&words);
+        let wrong = truth.compare(&words);
         assert_eq!(wrong.holes, 2);
         assert_eq!(wrong.interior_holes, 1);
         assert_eq!(wrong.extra, 1);

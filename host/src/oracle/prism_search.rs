@@ -1,77 +1,75 @@
-//! The search of one prism by itself, in f64, for the oracle of arbitrary
-//! meshes: the ray is followed through a hull of the whole prism, whatever it
-//! comes in through, and neighbours are not asked. It shares the prism's
-//! geometry with the product, and not the search.
+//! Searches a single prism in f64, for the oracle of arbitrary meshes: the ray is
+//! followed through a hull of the whole prism, wherever it enters, independently
+//! of the neighbours. It shares the prism's geometry with the renderers, but not
+//! the search.
 
 use glam::{DVec2, DVec3};
 use relievo_shared_f64::FAR;
 use relievo_shared_f64::arithmetic::{abs, clamp, div, max, min, sqrt};
-use relievo_shared_f64::layout::Shell;
+use relievo_shared_f64::layout::PrismData;
 use relievo_shared_f64::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
 use relievo_shared_f64::prism::{Prism, State, cap_hull, normal_hull};
 use relievo_shared_f64::profile::Profile;
 use relievo_shared_f64::shape_map::{SafeStep, ShapeMap};
 
-/// How far a weight or δ may lie outside its range and still belong to the
-/// prism: neighbours overlap by more than rounding errors.
+/// Tolerance of the range of weights and δ: neighbouring prisms overlap by more
+/// than rounding errors.
 const OVERLAP: f64 = 1e-10;
 
-/// From this δ on a point lies on the floor.
+/// Smallest δ of a point on the floor.
 const FLOOR: f64 = 1.0 - 10.0 * OVERLAP;
 
-/// Up to this δ a ray may come in below the floor and still meet it.
+/// Largest δ at which a ray that enters below the floor still hits it.
 const BELOW: f64 = 1.0 + 1e-6;
 
-/// A hit less deep than this where the ray comes into a prism is on the cap,
-/// also if it comes in through a side.
+/// A hit where the ray enters a prism is on the cap if δ is at most this, also if
+/// it enters through a side.
 const CAP: f64 = 1e-3;
 
 /// A ray's search of one prism.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct PrismHit {
-    /// How it ended; its `s` is t, the distance from the eye. The rest is
-    /// meaningless for a miss.
+    /// The end of the march; its `s` is t, the distance from the eye. The rest is
+    /// undefined for a miss.
     pub march: March,
     /// (w1, w2, δ) at the hit.
     pub x: DVec3,
-    /// Whether the curve could not be followed: the map folds, or steps ran out
-    /// outside the prism.
+    /// Whether the ray was lost: the prism folds, or the steps outside it ran out.
     pub lost: bool,
 }
 
-/// Rounds of Newton's method, at most: where the ray comes into the hull, and
-/// from one step to the next.
+/// Maximum rounds of Newton's method: where the ray enters the hull, and from one
+/// step to the next.
 const FIRST_ROUNDS: u32 = 12;
 const ROUNDS: u32 = 4;
 
-/// Steps outside the prism, at most: before it and between exit and entry.
+/// Maximum number of steps outside the prism.
 const OUTSIDE_STEPS: u32 = 32;
 
-/// The longest step outside, as a share of the way through the hull.
+/// Maximum step outside, as a share of the path through the hull.
 const STRIDE: f64 = 0.2;
 
-/// By how much of a weight, or of δ, the second order may be wrong from end to
-/// end of a prism, and by which share of its own bend.
+/// Error bound of the second-order prediction of a weight or δ over the whole
+/// prism, and relative to its acceleration.
 const DOUBT: f64 = 0.05;
 
-/// Bisections between the last point outside and the first one inside, where
-/// that is further inside than [`DEEP`].
+/// Bisections between the last point outside and the first one inside, if that is
+/// further inside than [`DEEP`].
 const ENTRY_BISECTIONS: u32 = 12;
 const DEEP: f64 = 1e-4;
 
 /// A prism with the hull in which it is searched.
 pub(super) struct HulledPrism {
     prism: Prism,
-    /// The points whose convex hull holds the prism, relative to its anchor.
+    /// Points whose convex hull contains the prism, relative to its anchor.
     hull: [DVec3; 12],
-    /// Unit vectors across the slabs that clip a ray: the facet's normal, and
-    /// those of its sides.
+    /// Normals of the slabs that clip a ray: the facet's, and those of its sides.
     axes: [DVec3; 4],
 }
 
 impl HulledPrism {
-    /// The prism of `shell`, `depth` object units deep.
-    pub fn new(shell: &Shell, depth: f64) -> HulledPrism {
+    /// Makes the prism of `shell`, `depth` object units deep.
+    pub fn new(shell: &PrismData, depth: f64) -> HulledPrism {
         let (cap, normal) = (cap_hull(shell), normal_hull(shell));
         let facet = DVec3::from(shell.facet);
         let (b, c) = (cap[1], cap[2]);
@@ -85,17 +83,16 @@ impl HulledPrism {
         }
     }
 
-    /// The corners of an axis-aligned box that holds the prism, relative to the
-    /// scene's origin.
+    /// Returns the corners of an axis-aligned bounding box, relative to the scene's
+    /// origin.
     pub fn bounds(&self) -> (DVec3, DVec3) {
         let low = self.hull.into_iter().fold(self.hull[0], DVec3::min);
         let high = self.hull.into_iter().fold(self.hull[0], DVec3::max);
         (self.prism.anchor + low, self.prism.anchor + high)
     }
 
-    /// Distances at which the ray from `origin` (relative to the anchor) comes
-    /// into a tight hull of the prism and leaves it. The first is larger where
-    /// it misses.
+    /// Returns the distances at which the ray from `origin` (relative to the anchor)
+    /// enters and leaves a tight hull of the prism; the first is larger for a miss.
     fn clip(&self, origin: DVec3, direction: DVec3) -> (f64, f64) {
         self.axes.into_iter().fold((0.0, FAR), |range, axis| {
             slab(range, &self.hull, axis, origin, direction)
@@ -103,7 +100,7 @@ impl HulledPrism {
     }
 }
 
-/// The least and the largest p · `axis`.
+/// Returns the minimum and maximum of p · `axis`.
 fn extent(points: &[DVec3; 12], axis: DVec3) -> (f64, f64) {
     points
         .iter()
@@ -111,7 +108,7 @@ fn extent(points: &[DVec3; 12], axis: DVec3) -> (f64, f64) {
         .fold((FAR, -FAR), |(low, high), at| (low.min(at), high.max(at)))
 }
 
-/// `range`, clipped to where the ray is between the extremes of `points` along
+/// Clips `range` to where the ray is between the extremes of `points` along
 /// `axis`, with a margin for rounding.
 fn slab(
     range: (f64, f64),
@@ -126,7 +123,7 @@ fn slab(
     let at = origin.dot(axis);
     let speed = direction.dot(axis);
     if abs(speed) * FAR <= high - low {
-        // Parallel to the slab: in it for ever, or never.
+        // Parallel to the slab: always inside or always outside.
         return if at >= low && at <= high {
             range
         } else {
@@ -141,8 +138,8 @@ fn slab(
     )
 }
 
-/// When c + v h + ½ a h² comes up through 0, h > 0; for c ≤ 0, or c about 0 and
-/// v < 0. [`FAR`] if never.
+/// Returns the smallest h > 0 where the quadratic c + v h + ½ a h² crosses zero
+/// upward, for c ≤ 0, or c about 0 and v < 0; [`FAR`] if there is none.
 fn rise(c: f64, v: f64, a: f64) -> f64 {
     let radicand = v * v - 2.0 * a * c;
     let root = sqrt(radicand);
@@ -157,17 +154,17 @@ fn rise(c: f64, v: f64, a: f64) -> f64 {
     }
 }
 
-/// When the ray satisfies c ≥ 0 again: 0 where it does, and [`FAR`] if it
-/// clearly does not within the time `rest`.
+/// Returns the time until c ≥ 0 holds: 0 if it does, [`FAR`] if it clearly does not
+/// within the time `rest`.
 ///
-/// Terms of third order are left out, so that a near miss is no miss: it is
-/// looked at again after `stride`, as is anything further away.
+/// Third-order terms are ignored, so a near miss is tested again after `stride`,
+/// as is anything further away.
 fn until_within(c: f64, v: f64, a: f64, rest: f64, stride: f64) -> f64 {
     if c >= OVERLAP || (c >= -OVERLAP && v >= 0.0) {
         return 0.0;
     }
     let end = c + (v + 0.5 * a * rest) * rest;
-    // Where the curve turns back, if it does so in time.
+    // The maximum, if it lies within `rest`.
     let turns = v > 0.0 && v + a * rest < 0.0;
     let highest = if turns {
         c - 0.5 * v * div(v, a)
@@ -182,21 +179,21 @@ fn until_within(c: f64, v: f64, a: f64, rest: f64, stride: f64) -> f64 {
     }
 }
 
-/// When the ray, which satisfies c ≥ 0, leaves.
+/// Returns the time until c ≥ 0 no longer holds.
 fn until_without(c: f64, v: f64, a: f64) -> f64 {
     rise(-max(c, 0.0), -v, -a)
 }
 
-/// [`State`] with the questions of this search.
+/// Extends [`State`] for this search.
 trait Motion {
-    /// Time until all conditions on the weights and on the cap hold; `rest` is
-    /// the time left, `stride` the longest answer but [`FAR`].
+    /// Returns the time until the weights and δ are inside the sides and the cap;
+    /// `rest` is the time left, `stride` the maximum except for [`FAR`].
     fn until_inside(&self, rest: f64, stride: f64) -> f64;
-    /// How far inside the nearest of the sides and the cap.
+    /// Returns the distance to the nearest of the sides and the cap, positive inside.
     fn inset(&self) -> f64;
-    /// Time until a side, the cap or the floor is reached from inside.
+    /// Returns the time until a side, the cap or the floor is reached from inside.
     fn until_outside(&self) -> f64;
-    /// x after the time `h`, in second order.
+    /// Predicts x after the time `h`, to second order.
     fn predicted(&self, h: f64) -> DVec3;
 }
 
@@ -235,19 +232,20 @@ impl Motion for State {
 }
 
 /// The ray, the prism and the pattern of one search.
-struct Search<'a> {
+struct PrismRay<'a> {
     prism: &'a Prism,
     profile: &'a Profile,
     map: &'a ShapeMap,
     texels: &'a [u32],
     safe: SafeStep,
-    /// Where the ray comes into the hull, relative to the anchor; times count from there.
+    /// Where the ray enters the hull, relative to the anchor; times start there.
     origin: DVec3,
     direction: DVec3,
 }
 
-impl Search<'_> {
-    /// Where the ray is at `t`, near the parameters `guess`.
+impl PrismRay<'_> {
+    /// Solves for the parameters at `t`, starting with `guess`; false if the prism
+    /// folds there.
     fn at(&self, t: f64, guess: DVec3, rounds: u32) -> (State, bool) {
         let target = self.origin + self.direction * t;
         let (x, jacobian) = self.prism.solve(target, guess, rounds);
@@ -255,8 +253,8 @@ impl Search<'_> {
         (state, jacobian.regular)
     }
 
-    /// The first point inside between `outside` and `inside`, where the ray has
-    /// the state `state`, and its time.
+    /// Finds the first point inside between the times `outside` and `inside`, where
+    /// the ray has the state `state`; returns its state and time.
     fn entry(&self, state: State, outside: f64, inside: f64) -> (State, f64) {
         let (mut state, mut outside, mut inside) = (state, outside, inside);
         let mut rest = ENTRY_BISECTIONS;
@@ -274,7 +272,7 @@ impl Search<'_> {
         (state, inside)
     }
 
-    /// Distance to the pattern and its radius there, texels.
+    /// Returns the distance to the pattern and its radius at `x`, texels.
     fn distance_and_radius(&self, x: DVec3) -> (f64, f64) {
         (
             self.map.distance(self.texels, self.prism.uv(x.x, x.y)),
@@ -282,11 +280,11 @@ impl Search<'_> {
         )
     }
 
-    /// A time within which the pattern cannot be met, if x keeps to its second
-    /// order, and at most `longest`.
+    /// Returns a time within which the pattern cannot be hit, if x follows its
+    /// second-order prediction; at most `longest`.
     ///
-    /// The bounds are those of the straight march, with the texels per object
-    /// unit and the growth of the radius at their largest within `longest`.
+    /// The bounds are those of the straight march, with the maxima within `longest`
+    /// of the texels per object unit and of the growth of the radius.
     fn safe_time(&self, state: &State, distance: f64, radius: f64, longest: f64) -> f64 {
         let gap = distance - radius;
         let near = gap * self.safe.lipschitz;
@@ -316,7 +314,7 @@ impl Search<'_> {
         min(step, h)
     }
 
-    /// The length in texels of a change of x.
+    /// Returns the length of a change of x, texels.
     fn texels(&self, change: DVec3) -> f64 {
         let texels = self.prism.uv_change(change) * self.map.size;
         sqrt(texels.dot(texels))
@@ -326,9 +324,9 @@ impl Search<'_> {
 /// Searches `prism` for the first hit on the ray from `eye` along the unit
 /// vector `direction`.
 ///
-/// The floor is solid below: a ray that comes in through a side at δ > 1 and
-/// goes down meets the floor there. One that comes up from below the floor
-/// meets nothing in this prism, as triangles are seen from their front only.
+/// The floor is solid below: a ray that enters through a side at δ > 1 and goes
+/// down hits the floor there. A ray that comes up from below the floor hits
+/// nothing in this prism, since only front faces are visible.
 #[allow(clippy::too_many_arguments)] // The parameters of the march, and the ray.
 pub(super) fn search(
     hulled: &HulledPrism,
@@ -358,7 +356,7 @@ pub(super) fn search(
         return found;
     }
     let span = leave - enter;
-    let search = Search {
+    let search = PrismRay {
         prism,
         profile,
         map,
@@ -373,7 +371,7 @@ pub(super) fn search(
     let mut before = 0.0;
     let mut outside_steps = 0;
     let mut steps = 0;
-    // Whether the last point was inside: a hit is bracketed by it.
+    // Whether the last point was inside, and brackets a hit.
     let mut inside = false;
     let mut met = false;
     let mut first = false;
@@ -400,8 +398,8 @@ pub(super) fn search(
                     (state, t) = search.entry(state, before, t);
                 }
                 if state.x.z >= FLOOR {
-                    // Coming in below the floor is a hit only where rounding has
-                    // missed it between two prisms; and from below never.
+                    // Entering below the floor is a hit only where rounding missed
+                    // the floor between two prisms, and never from below.
                     met = !first || (state.velocity.z >= 0.0 && state.x.z <= BELOW);
                     over = true;
                 } else {

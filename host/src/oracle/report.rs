@@ -1,11 +1,11 @@
-//! What an oracle says of a scene's rendering, for a person and for a program.
+//! Reports the accuracy of a rendering, as text and as JSON.
 
 use super::{Accuracy, CLASS_NAMES};
 use serde::Serialize;
 use std::fmt;
 use std::path::PathBuf;
 
-/// How far the rendering of a scene is from the truth.
+/// Accuracy of a rendering of a scene.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct SceneReport {
     /// The scene file.
@@ -14,9 +14,9 @@ pub struct SceneReport {
     pub size: [u32; 2],
     /// The renderer's name.
     pub renderer: String,
-    /// Tier and closed form of each object.
+    /// Tier and shape of each object.
     pub objects: Vec<String>,
-    /// What was measured.
+    /// The measurements.
     pub accuracy: Accuracy,
 }
 

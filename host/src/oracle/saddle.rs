@@ -1,4 +1,4 @@
-//! The saddle: the foot point by Newton's method.
+//! The saddle, whose foot point is found by Newton's method.
 
 use super::shape::{Foot, Metric, Shape};
 use glam::{DVec2, DVec3};
@@ -9,23 +9,23 @@ use glam::{DVec2, DVec3};
 pub struct Saddle {
     /// Side of the square, object units.
     pub side: f64,
-    /// One over object units.
+    /// Coefficient of the surface, 1 / object units.
     pub rise: f64,
 }
 
-/// Bisection alone needs fewer to exhaust an f64.
+/// Maximum number of steps: bisection alone exhausts an f64 in fewer.
 const STEPS: usize = 100;
 
 impl Saddle {
-    /// The point nearest to `point` of the surface without borders, and λ of
-    /// point = foot + λ (−2 rise x, 1, 2 rise z): above 0 outside.
+    /// Finds the nearest point of the surface without borders, and λ of
+    /// point = foot + λ (−2 rise x, 1, 2 rise z): positive outside.
     ///
     /// x = p_x / (1 − 2 rise λ) and z = p_z / (1 + 2 rise λ); λ is the root of
-    /// f(λ) = rise (x² − z²) + λ − p_y, which rises between the two poles. The
+    /// f(λ) = rise (x² − z²) + λ − p_y, which increases between the two poles. The
     /// squared distance plus λ times the surface's equation is convex there, so
     /// the root is the nearest point. Newton's steps that leave the bracket are
-    /// replaced by bisection; at the end they converge quadratically. Where a
-    /// point above the ridge has two nearest points, the limit of λ stands.
+    /// replaced by bisection; at the end they converge quadratically. For a point
+    /// above the ridge with two nearest points, λ is its limit.
     fn nearest(&self, point: DVec3) -> (DVec3, f64) {
         let twice = 2.0 * self.rise;
         let place = |lambda: f64| {
@@ -59,7 +59,7 @@ impl Saddle {
         (DVec3::new(foot.x, height(foot), foot.y), lambda)
     }
 
-    /// The greatest curvature in magnitude, one over object units: that of the
+    /// Returns the maximum magnitude of the curvature, 1 / object units: that of the
     /// centre.
     fn curvature(&self) -> f64 {
         2.0 * self.rise
@@ -76,8 +76,8 @@ impl Shape for Saddle {
         let across = DVec2::new(foot.x, foot.z);
         let depth = -lambda * (1.0 + 4.0 * self.rise * self.rise * across.length_squared()).sqrt();
         let curvature = self.curvature();
-        // The foot point moves 1 / (1 − κ |depth|) times as fast as the point, at
-        // most; on a way of length b the depth changes by up to b.
+        // The foot point moves at most 1 / (1 − κ |depth|) times as fast as the
+        // point; over a distance b the depth changes by up to b.
         let excess = across.abs().max_element() - 0.5 * self.side;
         let slowness = (1.0 - depth.abs() * curvature).max(0.0);
         Foot {

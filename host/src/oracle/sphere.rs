@@ -27,7 +27,7 @@ impl Shape for Sphere {
 
     fn metric(&self, point: DVec3, limit: f64) -> Metric {
         let to_axis = point.x.hypot(point.z);
-        // Half of what is left to the axis, so that the lengths stay above zero.
+        // Half the distance to the axis, so that the lengths stay positive.
         let reach = limit.min(0.5 * to_axis);
         Metric {
             reach,
@@ -48,7 +48,7 @@ impl Shape for Sphere {
     }
 }
 
-/// Longitude and latitude of `direction`, each 0…1; any length but zero.
+/// Returns longitude and latitude of `direction`, each 0…1; any length but zero.
 pub(super) fn spherical(direction: DVec3) -> DVec2 {
     let latitude = direction.y.atan2(direction.x.hypot(direction.z));
     DVec2::new(longitude(direction), latitude / PI + 0.5)

@@ -34,7 +34,7 @@ impl Shape for Torus {
     fn metric(&self, point: DVec3, limit: f64) -> Metric {
         let to_axis = point.x.hypot(point.z);
         let to_middle = (to_axis - self.major).hypot(point.y);
-        // Half of what is left, so that the lengths stay above zero.
+        // Half of the remainder, so that the lengths stay positive.
         let reach = limit.min(0.5 * to_axis).min(0.5 * to_middle);
         Metric {
             reach,

@@ -1,6 +1,14 @@
-//! The layouts of the f32 mathematics as those of its f64 twin, number by number.
+//! Converts the layouts of the f32 mathematics to those of its f64 twin.
+//!
+//! ```
+//! use relievo::oracle::wide::wide_object;
+//! use relievo_shared::layout::Object;
+//!
+//! let object = Object { depth: 0.5, ..Object::default() };
+//! assert_eq!(wide_object(&object).depth, 0.5);
+//! ```
 
-use relievo_shared::layout::{Frame, Object, Shell, Triangle};
+use relievo_shared::layout::{Frame, Object, PrismData, Triangle};
 use relievo_shared::surface::Surface;
 use relievo_shared_f64::layout as double;
 use relievo_shared_f64::surface::Surface as WideSurface;
@@ -9,9 +17,9 @@ fn wide<const N: usize>(a: [f32; N]) -> [f64; N] {
     a.map(f64::from)
 }
 
-/// A prism, widened.
-pub fn wide_shell(shell: &Shell) -> double::Shell {
-    double::Shell {
+/// Widens a prism.
+pub fn wide_shell(shell: &PrismData) -> double::PrismData {
+    double::PrismData {
         anchor: wide(shell.anchor),
         surface: shell.surface.map(wide),
         normal: shell.normal.map(wide),
@@ -32,7 +40,7 @@ pub fn wide_shell(shell: &Shell) -> double::Shell {
     }
 }
 
-/// A triangle, widened.
+/// Widens a triangle.
 pub fn wide_triangle(triangle: &Triangle) -> double::Triangle {
     double::Triangle {
         corners: triangle.corners.map(|corner| double::Corner {
@@ -48,7 +56,7 @@ pub fn wide_triangle(triangle: &Triangle) -> double::Triangle {
     }
 }
 
-/// An object's parameters, widened.
+/// Widens the parameters of an object.
 pub fn wide_object(object: &Object) -> double::Object {
     double::Object {
         map_size: wide(object.map_size),
@@ -79,7 +87,7 @@ pub fn wide_object(object: &Object) -> double::Object {
     }
 }
 
-/// A frame, widened.
+/// Widens a frame.
 pub fn wide_frame(frame: &Frame) -> double::Frame {
     double::Frame {
         eye: wide(frame.eye),
@@ -97,7 +105,7 @@ pub fn wide_frame(frame: &Frame) -> double::Frame {
     }
 }
 
-/// A surface, widened.
+/// Widens a surface.
 pub fn wide_surface(surface: &Surface) -> WideSurface {
     WideSurface {
         normal: surface.normal.as_dvec3(),

@@ -1,24 +1,27 @@
 //! One object: its parameters, its triangles and its prisms.
 
-use super::{PreparedObject, View, narrow};
+use super::camera::narrow;
+use super::prepared::PreparedObject;
 use crate::Error;
-use crate::budget::smaller_stretch;
-use crate::mesh::{Mesh, MeshCorner, MeshTriangle};
+use crate::mesh::{Mesh, MeshCorner, MeshTriangle, smaller_stretch};
 use crate::scene::{Extrusion, Material, Scene, SceneObject, Shape};
 use crate::shape_map::{ShapeMap, Storage};
 use crate::shell::folded;
 use glam::DVec3;
 use rayon::prelude::*;
-use relievo_shared::layout::{Corner, FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Object, Triangle};
+use relievo_shared::layout::{Corner, Object, Triangle};
 use std::sync::Arc;
 
-/// `object`, drawn as it says.
+/// Prepares `object`, number `number` of `scene`; `origin` is the scene's, and
+/// `pixel` is a pixel's width at distance 1, both in world units.
 pub(super) fn prepare_object(
     scene: &Scene,
+    number: usize,
     object: &SceneObject,
     mesh: Arc<Mesh>,
     map: Arc<ShapeMap>,
-    View { origin, pixel }: View,
+    origin: DVec3,
+    pixel: f64,
 ) -> Result<PreparedObject, Error> {
     let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
     let extrusion =
@@ -59,18 +62,10 @@ pub(super) fn prepare_object(
         linear_steps: object.steps,
         binary_steps: object.bisections,
         map_bias: map.bias(),
-        map_packing: match map.storage() {
-            Storage::R8 => 2,
-            Storage::R16 => 1,
-            Storage::R32F | Storage::Rgba8 => 0,
-        },
+        map_packing: map.storage().texels_per_word().trailing_zeros(),
         map_quantum: map.quantum(),
         map_reach: gradient_reach(map.width(), map.height()),
-        map_format: match map.storage() {
-            Storage::R8 | Storage::R16 => FORMAT_CODES,
-            Storage::R32F => FORMAT_FLOAT,
-            Storage::Rgba8 => FORMAT_PAPER,
-        },
+        map_format: map.storage().shader_format(),
         search: object.search_code(),
         self_shadow: u32::from(object.self_shadow),
     };
@@ -82,14 +77,13 @@ pub(super) fn prepare_object(
         .collect();
     let mut prepared = PreparedObject {
         name: object.name.clone(),
-        number: 0,
+        number,
         parameters,
         triangles,
         shells: Vec::new(),
         map,
         map_options: object.map,
         mesh,
-        plan: None,
     };
     if prepared.has_prisms() {
         make_shells(scene, object, &mut prepared, origin)?;
@@ -97,10 +91,10 @@ pub(super) fn prepare_object(
     Ok(prepared)
 }
 
-/// A triangle in the renderers' units: f32, positions relative to `origin`,
-/// texture coordinates in repeats of the pattern, v down as rows of an image
-/// run (OBJ's v goes up), less a whole number of repeats.
-/// Less curvature than `flat` is none.
+/// Converts a triangle to the renderers' units: f32, positions relative to
+/// `origin`, texture coordinates in repeats of the pattern with v down (OBJ's v
+/// goes up), less a whole number of repeats. Curvatures below `flat` are
+/// treated as zero.
 fn narrow_triangle(
     triangle: &MeshTriangle,
     origin: DVec3,
@@ -130,16 +124,15 @@ fn narrow_triangle(
     }
 }
 
-/// Curvature times the mesh's size, below which it is what rounding leaves of a
-/// flat mesh that was turned: its squares would be denormal.
+/// Curvatures below this, times the mesh's size, are rounding errors of a
+/// rotated flat mesh; their squares would be denormal.
 const FLAT: f64 = 1e-14;
 
-/// Share of the surface that may have its texels further apart than
-/// [`coarsest_texels`] says.
+/// Share of the surface that [`coarsest_texels`] leaves out.
 const COARSER: f64 = 0.02;
 
-/// Texels in an object unit where and along which there are fewest, but for
-/// [`COARSER`] of the surface.
+/// Returns the lowest texel density (texels per object unit, along the direction
+/// of the lowest density) of the surface, leaving out [`COARSER`] of it.
 fn coarsest_texels(mesh: &Mesh, repeat: [f64; 2], map: &ShapeMap) -> f64 {
     let size = [map.width(), map.height()].map(f64::from);
     let mut densities: Vec<(f64, f64)> = mesh
@@ -165,9 +158,9 @@ fn coarsest_texels(mesh: &Mesh, repeat: [f64; 2], map: &ShapeMap) -> f64 {
     reached.map_or(0.0, |(density, _)| *density)
 }
 
-/// Half the span of the differences that make the map's gradient, texels: a
-/// power of two, about a 128th of the map, since the outline of a binary
-/// pattern is a staircase, but less than would reach round a tiny map.
+/// Returns half the span of the differences of the map's gradient, texels: a
+/// power of two, about 1/128 of the map, which smooths the staircase outline of
+/// a binary pattern, and at most a quarter of the narrowest side.
 fn gradient_reach(width: u32, height: u32) -> f32 {
     let (shorter, longer) = (width.min(height), width.max(height));
     let reach = (shorter / 128).clamp(1, 32);
@@ -177,14 +170,18 @@ fn gradient_reach(width: u32, height: u32) -> f32 {
     reach.min(0.25 * narrowest as f32)
 }
 
-/// The extrusion as `map` can carry it out, or what stands against it.
+/// Checks that the distances that `map` stores suffice for `extrusion`, and
+/// removes the growth of an empty pattern.
+///
+/// # Errors
+/// A text that says what is too large and how to change it.
 fn growth(extrusion: Extrusion, shape: &Shape, map: &ShapeMap) -> Result<Extrusion, String> {
     let width = f64::from(map.width());
     let largest = extrusion.extension + extrusion.bevel * extrusion.chamfer;
-    // No point of a map that repeats is further from its pattern.
+    // Upper bound of the distance to the pattern in a map that repeats.
     let furthest = 0.5 * width.hypot(f64::from(map.height()));
     if largest * width >= furthest {
-        // Everything is covered, unless there is nothing that could grow.
+        // The pattern covers everything, unless it is empty.
         let is_empty = (0..map.height())
             .into_par_iter()
             .all(|y| (0..map.width()).all(|x| map.decode(x, y) > 0.0));
@@ -198,10 +195,7 @@ fn growth(extrusion: Extrusion, shape: &Shape, map: &ShapeMap) -> Result<Extrusi
             extrusion
         });
     }
-    let better = match map.storage() {
-        Storage::R8 | Storage::Rgba8 => "bake the map with --format r16",
-        Storage::R16 | Storage::R32F => "bake the map with --format r32f",
-    };
+    let better = format!("bake the map with --format {}", map.storage().larger());
     if map.saturated() && largest * width >= f64::from(map.max_distance()) {
         return Err(format!(
             "the pattern grows by e + b·c = {largest:.4} widths, but {} holds distances up to {:.4} widths only; make extension or bevel smaller, or {better}",
@@ -221,19 +215,21 @@ fn growth(extrusion: Extrusion, shape: &Shape, map: &ShapeMap) -> Result<Extrusi
     Ok(extrusion)
 }
 
-/// Triangles that are named in an error.
+/// Maximum number of triangles named in an error.
 const NAMED: usize = 3;
 
-/// A depth is clamped to this share of the largest that works.
+/// A clamped depth is this share of the largest valid depth.
 const CLAMPED: f64 = 0.95;
 
-/// A shell has at least this share of its mesh's diagonal as depth: in less, δ is
-/// rounded to steps that show, and rays get lost.
+/// Minimum depth of a shell as a share of the mesh's diagonal. Below it the
+/// rounding of δ shows, and rays get lost.
 const SHALLOWEST: f64 = 3e-5;
 
-/// Makes the prisms of `prepared`, which needs them; an error where the surface
-/// bends too much for the depth, unless that may be clamped, and where there is
-/// hardly any depth.
+/// Makes the prisms of `prepared`, clamping its depth if the scene allows it.
+///
+/// # Errors
+/// [`Error::Object`] if the surface bends too much for the depth, or if the depth
+/// is below [`SHALLOWEST`].
 fn make_shells(
     scene: &Scene,
     object: &SceneObject,

@@ -1,7 +1,6 @@
-//! The patterns of a scene: each is read once, and each form of it that is
-//! drawn is made once.
+//! The patterns of a scene: each is read once, and each map of it is made once.
 
-use super::Step;
+use super::step::Step;
 use crate::Error;
 use crate::limits::Account;
 use crate::scene::{MapOptions, Scene, SceneObject, Shape};
@@ -11,15 +10,15 @@ use crate::shape_map::{
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// Bytes that a texel of a baked map is estimated to take: in the file and packed.
+/// Estimated bytes per texel of a baked map: in the file, and packed.
 const TEXEL: u64 = 8;
-/// Bytes that a pixel of a plain pattern takes while it is read and its distance
-/// is found.
+/// Estimated bytes per pixel of a plain pattern while it is read and its
+/// distances are computed.
 const PIXEL_READ: u64 = 24;
-/// Bytes that it takes after that: the distance and its stored form.
+/// Estimated bytes per pixel after that: the distance, and its texel.
 const PIXEL: u64 = 8;
 
-/// What identifies a pattern among the objects of a scene.
+/// Identifies a pattern among the objects of a scene.
 #[derive(Clone, PartialEq)]
 struct Key {
     shape: Shape,
@@ -47,7 +46,7 @@ enum Distances {
     Plain(DistanceField),
 }
 
-/// A pattern, and what was made of it.
+/// A pattern, and its maps.
 struct Loaded {
     key: Key,
     distances: Distances,
@@ -59,8 +58,7 @@ struct Loaded {
 pub(super) struct Shapes(Vec<Loaded>);
 
 impl Shapes {
-    /// Reads the pattern of each of `objects` of `scene` that was not there
-    /// `before`.
+    /// Reads the patterns of `objects` of `scene`, reusing those of `before`.
     pub(super) fn load<'a>(
         objects: impl Iterator<Item = &'a SceneObject>,
         scene: &Scene,
@@ -69,7 +67,7 @@ impl Shapes {
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Shapes, Error> {
         let mut loaded: Vec<Loaded> = Vec::new();
-        // One after the other: each is spread over the cores by itself.
+        // One after the other: each uses all cores.
         for object in objects {
             let key = Key::of(object);
             if loaded.iter().any(|known| known.key == key) {
@@ -91,14 +89,15 @@ impl Shapes {
         Ok(Shapes(loaded))
     }
 
-    /// Where the pattern of `object` is, which has been read.
+    /// Returns the index of the pattern of `object`, which has been read.
     fn place(&self, object: &SceneObject) -> usize {
         let key = Key::of(object);
         let known = self.0.iter().position(|known| known.key == key);
         known.expect("the pattern of every object is read")
     }
 
-    /// Width and height of the plain pattern of `object`; none if its map is baked.
+    /// Returns width and height of the plain pattern of `object`, pixels; `None`
+    /// if its map is baked.
     pub(super) fn plain_size(&self, object: &SceneObject) -> Option<[u32; 2]> {
         match &self.0[self.place(object)].distances {
             Distances::Baked(_) => None,
@@ -106,8 +105,11 @@ impl Shapes {
         }
     }
 
-    /// The map of `object`, shared with the objects before that have the same;
-    /// or what stands against it.
+    /// Returns the map of `object`, shared by all objects with the same pattern
+    /// and options.
+    ///
+    /// # Errors
+    /// A text that says which option does not fit the pattern.
     pub(super) fn map(&mut self, object: &SceneObject) -> Result<Arc<ShapeMap>, String> {
         let place = self.place(object);
         let loaded = &mut self.0[place];
@@ -145,13 +147,14 @@ impl Shapes {
 }
 
 impl Distances {
-    /// Takes the memory that they need once they are there.
+    /// Takes the memory that they need after loading.
     fn take(&self, shape: &Shape, account: &mut Account<'_>) -> Result<(), Error> {
         let (size, bytes) = match self {
             Distances::Baked(map) => ([map.width(), map.height()], TEXEL),
             Distances::Plain(field) => ([field.width(), field.height()], PIXEL),
         };
-        account.take(shape, size.map(u64::from).iter().product(), bytes)
+        let texels = size.map(u64::from).iter().product();
+        Ok(account.take(shape, texels, bytes)?)
     }
 
     fn load(
@@ -162,9 +165,14 @@ impl Distances {
     ) -> Result<Distances, Error> {
         let shape = &object.shape;
         progress(Step::ShapeMap(shape.clone(), 0.0));
-        if let (Shape::File(path), Some(_)) = (shape, object.raster)
-            && !Pattern::is_drawing(&scene.files, path)?
-        {
+        let has_pixels = match shape {
+            Shape::File(path) => {
+                object.raster.is_some() && !Pattern::is_drawing(&scene.files, path)?
+            }
+            Shape::Pattern(_) => true,
+            Shape::Text(_) | Shape::Drawing(_) => false,
+        };
+        if has_pixels && object.raster.is_some() {
             return Err(Error::Object {
                 scene: scene.path.clone(),
                 name: object.name.clone(),
@@ -188,9 +196,11 @@ impl Distances {
             max_pixels: scene.limits.pixels.min(account.left(PIXEL_READ)),
             raster: object.raster.unwrap_or(DEFAULT_RASTER),
         };
-        let pattern = match shape {
-            Shape::File(path) => Pattern::load_from(&scene.files, path, &options)?,
-            Shape::Text(lettering) => Pattern::from_text(lettering, &scene.files, &options)?,
+        let pattern: Arc<Pattern> = match shape {
+            Shape::File(path) => Pattern::load_from(&scene.files, path, &options)?.into(),
+            Shape::Text(text) => Pattern::from_text(text, &scene.files, &options)?.into(),
+            Shape::Drawing(document) => Pattern::from_svg(document, &options)?.into(),
+            Shape::Pattern(pattern) => pattern.clone(),
         };
         let pixels = u64::from(pattern.width()) * u64::from(pattern.height());
         account.take(shape, pixels, PIXEL)?;

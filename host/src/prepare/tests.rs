@@ -1,8 +1,9 @@
 //! Scenes whose files lie in memory.
 
 use super::prepare;
+use crate::mesh::MeshData;
 use crate::render::{CpuRenderer, Renderer};
-use crate::scene::Scene;
+use crate::scene::{Scene, SceneObject, Shape, Technique, Tier};
 use crate::shape_map::{Pattern, PatternOptions, Storage, bake};
 use crate::{Files, Limits};
 use std::path::{Path, PathBuf};
@@ -92,4 +93,97 @@ fn drawings_and_text_are_patterns_and_images_have_no_raster() {
         error.contains("a.png") && error.contains("map_reduction"),
         "{error}"
     );
+}
+
+#[test]
+fn a_budget_needs_a_plan() {
+    let text =
+        "[[object]]\nmesh = '../meshes/plane.obj'\nshape = '../patterns/discs.png'\nerror_px = 1\n";
+    let scene = Scene::parse(text, &assets().join("scenes/a.toml")).unwrap();
+    let error = prepare(&scene, &|_| ()).err().unwrap().to_string();
+    assert!(error.contains("budget::plan"), "{error}");
+}
+
+/// A square with texture coordinates.
+fn square() -> MeshData {
+    let corners = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
+    let positions = corners.map(|[x, y]| [x, y, 0.0]);
+    MeshData::new("square", positions, [[0, 1, 2], [0, 2, 3]]).with_uvs(corners)
+}
+
+#[test]
+fn scenes_are_made_in_code() {
+    let pattern = Pattern::from_fn(32, 32, |x, y| x < 16 && y < 16).unwrap();
+    let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='2' height='1'>
+        <circle cx='1' cy='0.5' r='0.4'/></svg>";
+    let shapes = [pattern.into(), Shape::text("A"), Shape::svg(svg)];
+    let objects = shapes.map(|shape| SceneObject::new(square(), shape).depth(0.1).repeat(2, 3));
+    let scene = objects.into_iter().fold(Scene::default(), Scene::object);
+    let prepared = prepare(&scene, &|_| ()).unwrap();
+    assert_eq!(prepared.triangle_count(), 6);
+    assert_eq!(prepared.objects[0].name, "square");
+    let widths = prepared.objects.iter().map(|object| object.map.width());
+    assert_eq!(widths.max(), Some(512));
+}
+
+/// Values out of range are errors also where no file was read.
+#[test]
+fn wrong_values_are_not_drawn() {
+    let object = || SceneObject::new(square(), Shape::text("A"));
+    let scene = |object| Scene::default().object(object);
+    for (scene, parts) in [
+        (
+            scene(object().depth(f64::NAN)),
+            ["object 1: depth is nan", "from 1e-9 to 1e9"],
+        ),
+        (
+            scene(object().depth(-1.0)),
+            ["object 1: depth is -1", "from 1e-9 to 1e9"],
+        ),
+        (
+            scene(object().steps(0)),
+            ["object 1: steps is 0", "from 1 to 65536"],
+        ),
+        (
+            scene(object().repeat(0, 6)),
+            ["object 1: repeat is [0.0, 6.0]", "from 0.001 to"],
+        ),
+        (
+            scene(object()).field_of_view(400.0),
+            ["camera.fov is 400", "from 0.01 to 179"],
+        ),
+        (
+            scene(object()).size(0, 0),
+            ["image.size is [0, 0]", "from 1 to 16384"],
+        ),
+        (
+            scene(object().scale(f64::INFINITY)),
+            ["object 1: scale is inf", "from 1e-9"],
+        ),
+        (
+            scene(SceneObject::new("", "a.png")),
+            ["object 1: mesh is empty", "name a file"],
+        ),
+        (
+            scene(SceneObject::new(square(), Shape::text(" "))),
+            ["shape.text", "no letters"],
+        ),
+        (
+            scene(
+                object()
+                    .with_technique(Technique::Relief)
+                    .tier(Tier::Accurate),
+            ),
+            ["object 1: tier", "no relief mapping"],
+        ),
+        (Scene::default(), ["object is missing", "add one"]),
+    ] {
+        let Err(error) = prepare(&scene, &|_| ()) else {
+            panic!("{parts:?} is accepted");
+        };
+        let message = error.to_string();
+        for part in parts {
+            assert!(message.contains(part), "{message}");
+        }
+    }
 }

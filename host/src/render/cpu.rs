@@ -1,21 +1,47 @@
 //! The renderer on the CPU: a bounding volume hierarchy finds the triangles on
-//! a pixel's ray, and the shared code does the rest, rows in parallel.
+//! a pixel's ray, and the shared code traces them. Rows are rendered in parallel.
+//!
+//! ```
+//! use relievo::prepare::prepare;
+//! use relievo::render::{CpuRenderer, Renderer};
+//! use relievo::scene::Scene;
+//! use relievo::{Files, Limits};
+//! use std::path::Path;
+//!
+//! let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+//! let files = Files::memory([("quad.obj".into(), quad.as_bytes().into())]);
+//! let text = r#"
+//! image.size = [40, 30]
+//! [[object]]
+//! mesh = "quad.obj"
+//! shape = { text = "A" }
+//! projection = "planar-z"
+//! "#;
+//! let scene = Scene::parse_with(text, Path::new(""), &Limits::default(), files)?;
+//! let prepared = prepare(&scene, &|_| ())?;
+//! let mut renderer = CpuRenderer::new(&prepared);
+//! let colors = renderer.color(&prepared.frame)?;
+//! assert_eq!(colors.words.len(), 40 * 30);
+//! # Ok::<(), relievo::Error>(())
+//! ```
 
-use super::{ColorWords, GeometryWords, RenderError, Renderer, allocate, background_words};
+use super::error::{RenderError, allocate};
+use super::found::Found;
+use super::words::{ColorWords, GeometryWords};
+use super::{Renderer, background_words};
 use crate::hierarchy;
 use crate::prepare::{PreparedObject, PreparedScene};
 use glam::{Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::ray::Ray;
 use rayon::prelude::*;
-use relievo_shared::camera::{pixel_ray, reversed_depth};
+use relievo_shared::camera::pixel_ray;
 use relievo_shared::facet::{FacetHit, may_surround_eye};
-use relievo_shared::fragment::{self, Entry, Hit};
-use relievo_shared::layout::{Frame, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_RELIEF, Shell};
+use relievo_shared::layout::{Frame, PrismData};
+use relievo_shared::model::{Ray, over_triangle};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::prism::{cap_hull, is_near, is_open, normal_hull};
-use relievo_shared::shell::{self, ShellHit};
+use relievo_shared::trace::{class_and_steps, word};
 use std::ops::Add;
 
 /// Renders one scene on the CPU.
@@ -24,52 +50,37 @@ pub struct CpuRenderer<'a> {
     bvh: Bvh2,
     /// Object and triangle of each leaf of the hierarchy, in its order.
     leaves: Vec<[u32; 2]>,
-    /// The largest distance of an eye from the origin for which the boxes are wide enough.
+    /// Maximum distance of the eye from the origin that the boxes are wide enough
+    /// for.
     reach: f32,
-    /// Object and number of each prism, or triangle with its shell, in which the
-    /// eye may lie.
+    /// Object and index of each prism or triangle whose shell may contain the eye.
     around_eye: Vec<[u32; 2]>,
 }
 
-/// The nearest hit on a ray and what it belongs to.
+/// The nearest hit on a ray.
 struct Nearest<'a> {
     object: &'a PreparedObject,
     found: Found,
+    /// Index of the object, and of its triangle.
     order: [u32; 2],
 }
 
-/// A hit, and what its colour follows from.
-#[derive(Clone, Copy)]
-enum Found {
-    Facet(Entry, Hit),
-    Prism(ShellHit),
-}
-
-impl Found {
-    fn hit(&self) -> &Hit {
-        match self {
-            Found::Facet(_, hit) => hit,
-            Found::Prism(found) => &found.hit,
-        }
-    }
-}
-
-/// What the rays of a frame took that met something.
+/// Work of the rays of a frame that hit something.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Effort {
-    /// Rays that met something.
+pub struct RayStatistics {
+    /// Number of rays.
     pub hits: u64,
     /// Steps of their linear searches.
     pub steps: u64,
-    /// Prisms that they went through; 0 but in the accurate tier.
+    /// Prisms that they crossed; 0 unless the tier is accurate.
     pub prisms: u64,
 }
 
-impl Add for Effort {
-    type Output = Effort;
+impl Add for RayStatistics {
+    type Output = RayStatistics;
 
-    fn add(self, other: Effort) -> Effort {
-        Effort {
+    fn add(self, other: RayStatistics) -> RayStatistics {
+        RayStatistics {
             hits: self.hits + other.hits,
             steps: self.steps + other.steps,
             prisms: self.prisms + other.prisms,
@@ -89,6 +100,20 @@ impl<'a> CpuRenderer<'a> {
             reach,
             around_eye: Vec::new(),
         }
+    }
+
+    /// As [`CpuRenderer::new`], ready for [`CpuRenderer::object_at`] of `frame`.
+    pub(super) fn at(scene: &'a PreparedScene, frame: &Frame) -> CpuRenderer<'a> {
+        let mut renderer = CpuRenderer::new(scene);
+        renderer.reach_for(frame);
+        renderer
+    }
+
+    /// Returns the index of the object that the ray of `frame` along `direction`
+    /// hits.
+    pub(super) fn object_at(&self, frame: &Frame, direction: Vec3) -> Option<usize> {
+        let nearest = self.nearest(frame, direction)?;
+        Some(nearest.order[0] as usize)
     }
 
     /// Makes the boxes wide enough for the eye of `frame`, and finds the prisms
@@ -118,7 +143,7 @@ impl<'a> CpuRenderer<'a> {
         }
     }
 
-    /// The nearest hit of the ray along `direction`.
+    /// Finds the nearest hit of the ray along `direction`.
     fn nearest(&self, frame: &Frame, direction: Vec3) -> Option<Nearest<'a>> {
         let mut nearest: Option<Nearest<'a>> = None;
         let mut visit = |order: [u32; 2]| {
@@ -126,14 +151,12 @@ impl<'a> CpuRenderer<'a> {
             let best = nearest
                 .as_ref()
                 .map_or(0.0, |nearest| nearest.found.hit().depth);
-            let found = if object.has_prisms() {
-                Some(find_in_prisms(object, frame, direction, order[1]))
-            } else {
-                find_behind_facet(object, frame, direction, order[1], best)
+            let ray = object_ray(object, frame, direction);
+            let Some(found) = Found::new(&ray, object, order[1], best) else {
+                return;
             };
-            let Some(found) = found else { return };
             let hit = found.hit();
-            // The order of drawing decides between equal depths, as on a GPU.
+            // At equal depth the first in drawing order wins, as on a GPU.
             let wins = hit.class != CLASS_MISS
                 && match &nearest {
                     None => hit.depth > 0.0,
@@ -152,31 +175,27 @@ impl<'a> CpuRenderer<'a> {
         for &order in &self.around_eye {
             visit(order);
         }
-        let ray = Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
+        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
         self.bvh
             .ray_traverse_anyhit(ray, |_, leaf| visit(self.leaves[leaf]));
         nearest
     }
 
-    /// The first triangle's front that the ray of `frame` along `direction`
-    /// meets: number of its object and of itself, and where. Prisms are not
-    /// looked at, so no object may have them.
+    /// Finds the first front-facing triangle on the ray of `frame` along
+    /// `direction`: index of its object, its own index, and the hit. Objects must
+    /// not have prisms.
     pub(crate) fn first_facet(
         &self,
         frame: &Frame,
         direction: Vec3,
     ) -> Option<([u32; 2], FacetHit)> {
         let mut nearest: Option<([u32; 2], FacetHit)> = None;
-        let ray = Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
+        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
         self.bvh.ray_traverse_anyhit(ray, |_, leaf| {
             let order = self.leaves[leaf];
             let object = &self.scene.objects[order[0] as usize];
-            let facet = fragment::meet(
-                frame,
-                &object.parameters,
-                &object.triangles[order[1] as usize],
-                direction,
-            );
+            let ray = object_ray(object, frame, direction);
+            let facet = over_triangle::meet(&ray, &object.triangles[order[1] as usize]);
             let is_nearer = nearest.as_ref().is_none_or(|(_, found)| facet.t < found.t);
             if facet.hit && facet.t > 0.0 && is_nearer {
                 nearest = Some((order, facet));
@@ -185,8 +204,8 @@ impl<'a> CpuRenderer<'a> {
         nearest
     }
 
-    /// What the rays of `frame` take.
-    pub fn effort(&mut self, frame: &Frame) -> Effort {
+    /// Counts the work of the rays of `frame`.
+    pub fn statistics(&mut self, frame: &Frame) -> RayStatistics {
         self.reach_for(frame);
         let [width, height] = frame.size.map(|side| side as u32);
         let renderer = &*self;
@@ -194,18 +213,15 @@ impl<'a> CpuRenderer<'a> {
             (0..width).filter_map(move |x| renderer.nearest(frame, pixel_ray(frame, x, y)))
         });
         pixels
-            .map(|nearest| Effort {
+            .map(|nearest| RayStatistics {
                 hits: 1,
                 steps: nearest.found.hit().steps.into(),
-                prisms: match nearest.found {
-                    Found::Prism(found) => found.prisms.into(),
-                    Found::Facet(..) => 0,
-                },
+                prisms: nearest.found.prisms().into(),
             })
-            .reduce(Effort::default, Effort::add)
+            .reduce(RayStatistics::default, RayStatistics::add)
     }
 
-    /// Fills `pixels` with what `shade` makes of the nearest hits, rows in parallel.
+    /// Calls `shade` for each of `pixels` with a hit, rows in parallel.
     fn for_each_pixel<T: Send>(
         &self,
         frame: &Frame,
@@ -227,48 +243,19 @@ impl<'a> CpuRenderer<'a> {
     }
 }
 
-/// What the ray along `direction` meets where it comes in through prism `index`.
-fn find_in_prisms(object: &PreparedObject, frame: &Frame, direction: Vec3, index: u32) -> Found {
-    let (parameters, texels) = (&object.parameters, object.map.words());
-    let shells = object.shells.as_slice();
-    Found::Prism(shell::trace(
-        frame, parameters, shells, texels, direction, index,
-    ))
+/// The ray along `direction` as it is traced through `object`.
+fn object_ray<'a>(object: &'a PreparedObject, frame: &'a Frame, direction: Vec3) -> Ray<'a> {
+    Ray {
+        frame,
+        object: &object.parameters,
+        direction,
+    }
 }
 
-/// What the ray along `direction` meets behind triangle `index`, if that may be
-/// as near as the depth `best`.
-fn find_behind_facet(
-    object: &PreparedObject,
-    frame: &Frame,
-    direction: Vec3,
-    index: u32,
-    best: f32,
-) -> Option<Found> {
-    let parameters = &object.parameters;
-    let triangle = &object.triangles[index as usize];
-    let facet = fragment::meet(frame, parameters, triangle, direction);
-    if !facet.hit {
-        return None;
-    }
-    let entry = fragment::enter(parameters, triangle, direction, &facet);
-    // Nothing behind the entry can be nearer than the entry.
-    if !entry.path.enters || reversed_depth(frame, direction, entry.path.entry_t) < best {
-        return None;
-    }
-    let trace = match parameters.search {
-        SEARCH_PAPER => fragment::trace::<SEARCH_PAPER, [u32]>,
-        SEARCH_RELIEF => fragment::trace::<SEARCH_RELIEF, [u32]>,
-        _ => fragment::trace::<SEARCH_EXTRUSION, [u32]>,
-    };
-    let hit = trace(frame, parameters, object.map.words(), direction, &entry);
-    Some(Found::Facet(entry, hit))
-}
-
-/// The hierarchy over all triangles of `scene`, and what its leaves are. The
-/// boxes are wider than the triangles by more than the rounding errors of the
-/// box test and of the triangle test from an eye within `reach`, so that the
-/// shared triangle test alone decides what is hit.
+/// Builds the hierarchy over all triangles of `scene`, and returns it with the
+/// object and triangle of each leaf. The boxes are wider than the triangles by
+/// more than the rounding errors of the box test and of the triangle test for
+/// an eye within `reach`, so that the shared triangle test alone decides.
 fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
     let mut leaves = Vec::with_capacity(scene.triangle_count());
     let mut boxes = Vec::with_capacity(scene.triangle_count());
@@ -301,59 +288,34 @@ fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
     (bvh, leaves)
 }
 
-/// A box around everything through which a ray may come into a prism from outside.
-fn prism_bounds(shell: &Shell, depth: f32) -> (Vec3, Vec3) {
-    let cap = cap_hull(shell);
+/// Returns the bounding box of the faces through which a ray may enter a prism
+/// from outside.
+fn prism_bounds(data: &PrismData, depth: f32) -> (Vec3, Vec3) {
+    let cap = cap_hull(data);
     let mut low = cap.into_iter().fold(cap[0], Vec3::min);
     let mut high = cap.into_iter().fold(cap[0], Vec3::max);
-    if is_open(shell) {
-        for (point, normal) in cap.into_iter().zip(normal_hull(shell)) {
+    if is_open(data) {
+        for (point, normal) in cap.into_iter().zip(normal_hull(data)) {
             let floor = point - normal * depth;
             low = low.min(floor);
             high = high.max(floor);
         }
     }
-    // Rays come in up to a little beyond the sides.
+    // Rays may enter slightly beyond the sides.
     let margin = Vec3::splat(1e-3 * (high - low).max_element());
-    let anchor = Vec3::from(shell.anchor);
+    let anchor = Vec3::from(data.anchor);
     (anchor + low - margin, anchor + high + margin)
 }
 
 impl Nearest<'_> {
-    fn normal(&self, direction: Vec3) -> Vec3 {
-        let (parameters, texels) = (&self.object.parameters, self.object.map.words());
-        match &self.found {
-            Found::Facet(entry, hit) => {
-                fragment::normals(parameters, texels, direction, entry, hit).carved
-            }
-            Found::Prism(hit) => {
-                shell::normals(parameters, self.object.shells.as_slice(), texels, hit).carved
-            }
-        }
+    fn normal(&self, frame: &Frame, direction: Vec3) -> Vec3 {
+        let ray = object_ray(self.object, frame, direction);
+        self.found.normal(&ray, self.object, self.order[1])
     }
 
     fn color(&self, frame: &Frame, direction: Vec3) -> Vec3 {
-        let (parameters, texels) = (&self.object.parameters, self.object.map.words());
-        let shadow = parameters.self_shadow != 0;
-        match &self.found {
-            Found::Facet(entry, hit) => {
-                let color = if shadow {
-                    fragment::color::<true, [u32]>
-                } else {
-                    fragment::color::<false, [u32]>
-                };
-                color(frame, parameters, texels, direction, entry, hit)
-            }
-            Found::Prism(hit) => {
-                let color = if shadow {
-                    shell::color::<true, [Shell], [u32]>
-                } else {
-                    shell::color::<false, [Shell], [u32]>
-                };
-                let shells = self.object.shells.as_slice();
-                color(frame, parameters, shells, texels, direction, hit)
-            }
-        }
+        let ray = object_ray(self.object, frame, direction);
+        self.found.color(&ray, self.object, self.order[1])
     }
 }
 
@@ -370,9 +332,9 @@ impl Renderer for CpuRenderer<'_> {
         self.for_each_pixel(frame, &mut words, |pixel, direction, nearest| {
             let rgb = nearest.color(frame, direction);
             *pixel = [
-                fragment::word(rgb.x),
-                fragment::word(rgb.y),
-                fragment::word(rgb.z),
+                word(rgb.x),
+                word(rgb.y),
+                word(rgb.z),
                 nearest.found.hit().class,
             ];
         });
@@ -390,14 +352,14 @@ impl Renderer for CpuRenderer<'_> {
         let mut both = allocate("the picture's geometry", count, ([0; 4], [0; 4]))?;
         self.for_each_pixel(frame, &mut both, |pixel, direction, nearest| {
             let hit = nearest.found.hit();
-            let normal = nearest.normal(direction);
+            let normal = nearest.normal(frame, direction);
             *pixel = (
-                [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(fragment::word),
+                [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(word),
                 [
-                    fragment::class_and_steps(hit),
-                    fragment::word(normal.x),
-                    fragment::word(normal.y),
-                    fragment::word(normal.z),
+                    class_and_steps(hit),
+                    word(normal.x),
+                    word(normal.y),
+                    word(normal.z),
                 ],
             );
         });

@@ -1,11 +1,29 @@
-//! A GPU as long as it works, and the CPU from then on.
+//! A renderer that falls back from a GPU to the CPU.
+//!
+//! ```no_run
+//! use relievo::prepare::prepare;
+//! use relievo::render::gpu::{Choice, choose};
+//! use relievo::render::{FallbackRenderer, GpuRenderer, Renderer};
+//! use relievo::scene::Scene;
+//!
+//! let scene = Scene::load("assets/scenes/torus.toml".as_ref())?;
+//! let prepared = prepare(&scene, &|_| ())?;
+//! let gpu = GpuRenderer::new(&prepared, &choose(None)?, Choice::Trusted)?;
+//! let mut renderer = FallbackRenderer::new(&prepared, gpu);
+//! let colors = renderer.color(&prepared.frame)?;
+//! # Ok::<(), relievo::Error>(())
+//! ```
 
-use super::{ColorWords, CpuRenderer, GeometryWords, GpuRenderer, RenderError, Renderer};
+use super::Renderer;
+use super::cpu::CpuRenderer;
+use super::error::RenderError;
+use super::gpu::GpuRenderer;
+use super::words::{ColorWords, GeometryWords};
 use crate::prepare::PreparedScene;
 use relievo_shared::layout::Frame;
 
-/// Draws on a GPU. Once that fails (it is lost, hangs, has not the memory), the
-/// frame is drawn again on the CPU, with a warning, and so is each later one.
+/// Renders on a GPU. Once the GPU fails (lost, hanging, out of memory), renders
+/// that frame and all later ones on the CPU, and logs a warning.
 pub struct FallbackRenderer<'a> {
     scene: &'a PreparedScene,
     renderer: Current<'a>,
@@ -17,7 +35,7 @@ enum Current<'a> {
 }
 
 impl<'a> FallbackRenderer<'a> {
-    /// Begins with `gpu`, which was made for `scene`.
+    /// Starts with `gpu`, which was made for `scene`.
     pub fn new(scene: &'a PreparedScene, gpu: GpuRenderer) -> FallbackRenderer<'a> {
         FallbackRenderer {
             scene,

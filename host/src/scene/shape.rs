@@ -1,88 +1,93 @@
-//! The pattern of an object, as a scene names it.
+//! Patterns of objects.
 
-use crate::shape_map::Lettering;
-use serde::de::value::MapAccessDeserializer;
-use serde::de::{Error, MapAccess, Visitor};
-use serde::{Deserialize, Deserializer};
+use crate::shape_map::{Lettering, Pattern};
 use std::fmt;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// The pattern of an object.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
-    /// An image, a drawing (SVG), or a baked shape map.
+    /// An image, an SVG drawing, or a baked shape map.
     File(PathBuf),
-    /// Letters.
+    /// A text.
     Text(Lettering),
+    /// Pixels. Not written to scene files.
+    Pattern(Arc<Pattern>),
+    /// The text of an SVG document. Not written to scene files.
+    Drawing(Arc<str>),
 }
 
 impl Shape {
-    /// The file that it names, if any: the pattern's or the font's.
+    /// Creates the pattern of a text in the built-in font.
+    pub fn text(text: impl Into<String>) -> Shape {
+        Shape::Text(Lettering::new(text))
+    }
+
+    /// Creates the pattern of an SVG document.
+    pub fn svg(document: &str) -> Shape {
+        Shape::Drawing(document.into())
+    }
+
+    /// Returns the path of the file that it names, if any: the pattern's or the font's.
     pub fn file(&self) -> Option<&Path> {
         match self {
             Shape::File(path) => Some(path),
             Shape::Text(lettering) => lettering.font.as_deref(),
+            Shape::Pattern(_) | Shape::Drawing(_) => None,
         }
     }
 
-    /// The file's name without its folder, or the text in quotes.
+    /// Returns the file's name without its folder, or as [`Shape`] is displayed.
     pub fn label(&self) -> String {
         match self {
             Shape::File(path) => path
                 .file_name()
                 .map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
-            Shape::Text(_) => self.to_string(),
+            _ => self.to_string(),
         }
     }
 }
 
-/// As messages name it: the file, or the text in quotes.
+/// Writes the path, or the text in quotes.
 impl fmt::Display for Shape {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Shape::File(path) => path.display().fmt(f),
             Shape::Text(lettering) => write!(f, "{:?}", lettering.text),
+            Shape::Pattern(pattern) => {
+                write!(
+                    f,
+                    "a pattern of {} × {} pixels",
+                    pattern.width(),
+                    pattern.height()
+                )
+            }
+            Shape::Drawing(_) => f.write_str("an SVG document"),
         }
     }
 }
 
-/// The table of a text.
-#[derive(Deserialize)]
-#[serde(deny_unknown_fields)]
-struct TextTable {
-    text: String,
-    font: Option<PathBuf>,
-    #[serde(default = "default_margin")]
-    margin: f64,
+impl From<&str> for Shape {
+    fn from(path: &str) -> Shape {
+        Shape::File(path.into())
+    }
 }
 
-fn default_margin() -> f64 {
-    Lettering::DEFAULT_MARGIN
+impl From<PathBuf> for Shape {
+    fn from(path: PathBuf) -> Shape {
+        Shape::File(path)
+    }
 }
 
-/// With paths as they are written.
-impl<'de> Deserialize<'de> for Shape {
-    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        struct ShapeVisitor;
+impl From<Lettering> for Shape {
+    fn from(lettering: Lettering) -> Shape {
+        Shape::Text(lettering)
+    }
+}
 
-        impl<'de> Visitor<'de> for ShapeVisitor {
-            type Value = Shape;
-
-            fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-                f.write_str("a pattern: the path of a file, or { text = \"…\" }")
-            }
-
-            fn visit_str<E: Error>(self, path: &str) -> Result<Shape, E> {
-                Ok(Shape::File(path.into()))
-            }
-
-            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Shape, A::Error> {
-                let TextTable { text, font, margin } =
-                    TextTable::deserialize(MapAccessDeserializer::new(map))?;
-                Ok(Shape::Text(Lettering { text, font, margin }))
-            }
-        }
-
-        deserializer.deserialize_any(ShapeVisitor)
+impl From<Pattern> for Shape {
+    fn from(pattern: Pattern) -> Shape {
+        Shape::Pattern(Arc::new(pattern))
     }
 }

@@ -1,27 +1,38 @@
 //! Exact, toroidal, signed Euclidean distance transform in linear time.
 //!
-//! Meijster's algorithm on integers: first, along each column, the distance to
-//! the nearest pixel of the other class (pattern or not); then, along each row,
-//! the lower envelope of the parabolas those distances span. Squared distances
-//! are integers, so the result is exact up to one square root and one rounding
-//! to f32.
+//! Meijster's algorithm on integers: first the distance along each column to the
+//! nearest pixel of the other class (pattern or not), then the lower envelope of
+//! the parabolas of these distances along each row. Squared distances are
+//! integers, so the result is exact up to one square root and one rounding to
+//! f32.
 //!
-//! Source: algorithm.md, section 3; A. Meijster, J. Roerdink, W. Hesselink, "A
+//! ```
+//! use relievo::shape_map::{Pattern, signed_distance_field};
+//!
+//! let pattern = Pattern::from_pixels(4, 1, [true, false, false, false])?;
+//! let field = signed_distance_field(&pattern, &|_| ());
+//! // The field wraps around: texel 3 is next to texel 0.
+//! assert_eq!(field.values(), [-0.5, 0.5, 1.5, 0.5]);
+//! # Ok::<(), relievo::shape_map::ShapeMapError>(())
+//! ```
+//!
+//! Source: section 3 of docs/algorithm.md; A. Meijster, J. Roerdink, W. Hesselink, "A
 //! general algorithm for computing distance transforms in linear time", 2000.
 
 use super::Pattern;
 use rayon::prelude::*;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Told from time to time, from any thread, which fraction of the work (0…1) is done.
+/// Called from time to time, from any thread, with the fraction of the work that
+/// is done, 0…1.
 pub type Progress<'a> = dyn Fn(f64) + Sync + 'a;
 
 /// Signed distances of a map that repeats in both directions, in texels.
 ///
-/// Outside the pattern: distance to the nearest pattern pixel's centre − ½.
-/// Inside: ½ − distance to the nearest centre that is not pattern. Hence no
-/// value lies between −½ and ½, and values of neighbours (on the torus) differ
-/// by at most 1.
+/// Outside the pattern: the distance to the nearest centre of a pattern pixel − ½.
+/// Inside: ½ − the distance to the nearest centre that is not pattern. So no value
+/// is between −½ and ½, and values of neighbours (on the torus) differ by at most
+/// 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DistanceField {
     width: u32,
@@ -30,29 +41,36 @@ pub struct DistanceField {
 }
 
 impl DistanceField {
-    /// Width in texels, at least 1.
+    /// Returns the width in texels, at least 1.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in texels, at least 1.
+    /// Returns the height in texels, at least 1.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// All values, row by row, in texels.
+    /// Returns all values, row by row, in texels.
     pub fn values(&self) -> &[f32] {
         &self.values
     }
 
-    /// The field on a coarser grid: each square of `factor` × `factor` texels
-    /// becomes one, with their mean, in the larger texels' units; `None` unless
+    /// Returns the lowest and the highest value, in texels.
+    pub fn range(&self) -> (f32, f32) {
+        self.values.par_iter().map(|&value| (value, value)).reduce(
+            || (f32::INFINITY, f32::NEG_INFINITY),
+            |a, b| (a.0.min(b.0), a.1.max(b.1)),
+        )
+    }
+
+    /// Returns the field on a coarser grid, in units of its texels: each square of
+    /// `factor` × `factor` texels becomes one with their mean. `None` unless
     /// `factor` divides both sides.
     ///
-    /// The means of values that differ by no more than their texels' distance
-    /// differ by no more than theirs, so that steps remain safe. The pattern's
-    /// edge keeps its place to a fraction of a texel; what is thinner than a
-    /// texel is lost.
+    /// The mean preserves the Lipschitz constant of 1, so steps remain safe. The
+    /// pattern's edge moves by a fraction of a texel; features thinner than a
+    /// texel are lost.
     pub fn reduced(&self, factor: u32) -> Option<DistanceField> {
         if factor == 0 || !self.width.is_multiple_of(factor) || !self.height.is_multiple_of(factor)
         {
@@ -79,25 +97,25 @@ impl DistanceField {
         })
     }
 
-    /// One value, in texels; coordinates beyond the map wrap around.
+    /// Returns one value, in texels; coordinates wrap around.
     pub fn get(&self, x: u32, y: u32) -> f32 {
         let (x, y) = ((x % self.width) as usize, (y % self.height) as usize);
         self.values[y * self.width as usize + x]
     }
 }
 
-/// Columns handled together: 64 bytes of the pattern, a line of the cache.
+/// Columns of a block: 64 bytes of the pattern, one cache line.
 const BLOCK: usize = 64;
-/// Pixels of a piece of work of the row pass.
+/// Minimum number of pixels of a task of the row pass.
 const ROWS_PIXELS: usize = 1 << 16;
-/// No pixel of the other class in this column. Real distances are below 2³⁰.
+/// No pixel of the other class in this column. Distances are below 2³⁰.
 const NONE: u32 = u32::MAX;
 
-/// Computes the signed distance field of `pattern`, in parallel over columns
-/// and then over rows. Needs 8 bytes per texel, the result included.
+/// Computes the signed distance field of `pattern`, in parallel over columns and
+/// then over rows. Needs 8 bytes per texel, including the result.
 ///
-/// Without any pattern pixel every value is √(width² + height²), larger than
-/// any distance on the torus; with nothing but pattern it is the negative.
+/// For an empty pattern every value is √(width² + height²), larger than any
+/// distance on the torus; for a full one it is the negative of that.
 pub fn signed_distance_field(pattern: &Pattern, progress: &Progress<'_>) -> DistanceField {
     let (width, height) = (pattern.width(), pattern.height());
     let solid = pattern.solid();
@@ -121,7 +139,7 @@ pub fn signed_distance_field(pattern: &Pattern, progress: &Progress<'_>) -> Dist
     }
 }
 
-/// Counts the pixels done, over all threads.
+/// Counts finished pixels over all threads.
 struct Meter<'a> {
     progress: &'a Progress<'a>,
     total: usize,
@@ -135,10 +153,9 @@ impl Meter<'_> {
     }
 }
 
-/// For each pixel the distance along its column to the nearest pixel of the
-/// other class, or [`NONE`]. Stored block by block, [`BLOCK`] columns each (the
-/// last may have fewer), row by row in a block, so that each thread owns a
-/// slice.
+/// The distance of each pixel along its column to the nearest pixel of the other
+/// class, or [`NONE`]. Stored in blocks of [`BLOCK`] columns (the last may have
+/// fewer), row by row in a block, so that each thread owns a slice.
 struct ColumnDistances {
     width: usize,
     height: usize,
@@ -163,7 +180,7 @@ impl ColumnDistances {
         }
     }
 
-    /// Copies one row of the map.
+    /// Copies row `y` of the map.
     fn copy_row(&self, y: usize, row: &mut [u32]) {
         for (index, part) in row.chunks_mut(BLOCK).enumerate() {
             let columns = BLOCK.min(self.width - index * BLOCK);
@@ -179,7 +196,7 @@ fn scan_block(solid: &[bool], width: usize, first: usize, height: usize, block: 
     let pixels = |y: usize| &solid[y * width + first..][..columns];
     let below = |y: usize| if y + 1 == height { 0 } else { y + 1 };
     let above = |y: usize| y.checked_sub(1).unwrap_or(height - 1);
-    // Moves on to the row `y` from its neighbour `from`.
+    // Advances the distances to row `y` from its neighbour `from`.
     let advance = |distances: &mut [u32], y: usize, from: usize| {
         for ((distance, pixel), neighbour) in distances.iter_mut().zip(pixels(y)).zip(pixels(from))
         {
@@ -191,8 +208,8 @@ fn scan_block(solid: &[bool], width: usize, first: usize, height: usize, block: 
         }
     };
 
-    // Each direction takes two laps: the first finds with which distances the
-    // second enters across the edge.
+    // Each direction takes two laps: the first computes the distances with which
+    // the second starts at the edge.
     let mut distances = [NONE; BLOCK];
     let distances = &mut distances[..columns];
     for y in 0..height {
@@ -214,6 +231,7 @@ fn scan_block(solid: &[bool], width: usize, first: usize, height: usize, block: 
     }
 }
 
+/// Computes the signed distances of all rows.
 fn row_pass(pattern: &Pattern, columns: &ColumnDistances, meter: &Meter<'_>) -> Vec<f32> {
     let width = columns.width;
     let solid = pattern.solid();
@@ -236,7 +254,7 @@ fn row_pass(pattern: &Pattern, columns: &ColumnDistances, meter: &Meter<'_>) -> 
     values
 }
 
-/// The part of a parabola (x − apex)² + offset that is the lowest from `start` on.
+/// A parabola (x − apex)² + offset that is the lowest from `start` on.
 struct Arc {
     apex: i64,
     offset: i64,
@@ -249,7 +267,7 @@ impl Arc {
     }
 }
 
-/// Buffers to scan a row.
+/// Buffers for scanning a row.
 struct RowScan {
     /// Distance along the column to the other class.
     vertical: Vec<u32>,
@@ -264,12 +282,12 @@ impl RowScan {
         }
     }
 
-    /// Finds the signed distances of a row from `vertical`.
+    /// Computes the signed distances of a row from `vertical`.
     ///
-    /// For a pixel between two *fences* no source beyond a fence can be nearer
-    /// than the fence, so the plain algorithm on a segment is enough, and the
-    /// torus costs nothing. A pixel of the other class is a fence (a source of
-    /// distance 0). In a row of one class the least vertical distance is one.
+    /// The row is cut at *fences*: pixels of the other class, which are sources
+    /// of distance 0, or in a row of one class the pixel with the least vertical
+    /// distance. No source beyond a fence is nearer than the fence, so the
+    /// algorithm for a segment is enough, and the torus costs nothing.
     fn run(&mut self, solid: &[bool], values: &mut [f32]) {
         let width = solid.len();
         let previous = |x: usize| x.checked_sub(1).unwrap_or(width - 1);
@@ -283,7 +301,7 @@ impl RowScan {
             self.segment(solid, fence + 1, width - 1, vertical, values);
             return;
         };
-        // Runs of one class, starting where the class changes.
+        // Runs of one class.
         let mut start = first;
         while start < first + width {
             let class = solid[start % width];
@@ -296,9 +314,9 @@ impl RowScan {
         }
     }
 
-    /// Finds the distances of `length` pixels from `start` on (modulo the
-    /// width), all of one class. The fences, one pixel before and one after,
-    /// are at distance `fence` of the other class.
+    /// Computes the distances of `length` pixels of one class from `start` on
+    /// (modulo the width). The fences, one pixel before and one after, have the
+    /// vertical distance `fence`.
     fn segment(
         &mut self,
         solid: &[bool],
@@ -307,8 +325,8 @@ impl RowScan {
         fence: u32,
         values: &mut [f32],
     ) {
-        // Segment coordinate 0 is the fence before the first pixel. No segment
-        // reaches beyond the second repeat.
+        // Segment coordinate 0 is the fence before the first pixel. Segments end
+        // within the second repeat.
         let wrap = |x: i64| {
             let x = start + x as usize - 1;
             x.checked_sub(solid.len()).unwrap_or(x)
@@ -329,7 +347,7 @@ impl RowScan {
         }
     }
 
-    /// Adds a source right of all others to the envelope over 0…`last`.
+    /// Adds a source to the right of all others to the envelope over 0…`last`.
     fn add_source(&mut self, apex: i64, vertical: u32, last: i64) {
         if vertical == NONE {
             return;
@@ -342,8 +360,8 @@ impl RowScan {
         let hidden = |arc: &mut Arc| arc.at(arc.start) > new.at(arc.start);
         while self.envelope.pop_if(hidden).is_some() {}
         if let Some(arc) = self.envelope.last() {
-            // The last x where `arc` is not above `new`; not negative, as it
-            // is not above at its own start. All terms are at most 2⁶⁰.
+            // The last x where `arc` is not above `new`, ≥ 0 as it is not above
+            // at its own start. All terms are at most 2⁶⁰.
             let numerator = (new.apex * new.apex - arc.apex * arc.apex) + (new.offset - arc.offset);
             new.start = numerator / (2 * (new.apex - arc.apex)) + 1;
         }
@@ -353,7 +371,8 @@ impl RowScan {
     }
 }
 
-/// From the squared distance to the nearest centre of the other class.
+/// Returns the signed distance from the squared distance to the nearest centre of
+/// the other class.
 fn signed_distance(squared: i64, solid: bool) -> f32 {
     let outside = ((squared as f64).sqrt() - 0.5) as f32;
     if solid { -outside } else { outside }
@@ -369,7 +388,7 @@ pub(super) mod tests {
         signed_distance_field(pattern, &|_| ())
     }
 
-    /// The definition, over all pairs of pixels.
+    /// Computes one value by the definition, over all pixels.
     fn brute_force(pattern: &Pattern, x: u32, y: u32) -> f32 {
         let (width, height) = (pattern.width(), pattern.height());
         let solid = pattern.is_solid(x, y);
@@ -409,8 +428,8 @@ pub(super) mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(200))]
 
-        /// What safe steps rely on, at every distance on the torus; and the mean
-        /// of the field stays.
+        /// Checks the Lipschitz constant at every distance on the torus, and the
+        /// mean of the field.
         #[test]
         fn reduced_fields_change_no_faster(pattern in patterns(6, 5), factor in 1u32..4) {
             let tiled = Pattern::from_fn(
@@ -430,7 +449,6 @@ pub(super) mod tests {
                 for (u, v) in places() {
                     let change = f64::from((coarse.get(x, y) - coarse.get(u, v)).abs());
                     let distance = around(x, u, width).hypot(around(y, v, height));
-                    // Centres of the two classes are measured to, not the edge.
                     prop_assert!(change <= distance + 1e-5, "{change} {distance}");
                 }
             }

@@ -1,38 +1,31 @@
-//! Drawings as patterns: SVG files.
+//! SVG drawings as patterns.
 
-use super::ShapeMapError;
+use super::error::ShapeMapError;
+use super::fonts::add_built_in;
 use super::input::{Input, check_size};
-use super::lettering;
+use super::raster::{paint, sides};
 use image::RgbaImage;
-use relievo_bitwise::attempt;
-use resvg::tiny_skia::{Color, Pixmap, Transform};
+use resvg::tiny_skia::Transform;
 use resvg::usvg::roxmltree::{Document, ParsingOptions};
 use resvg::usvg::{ImageHrefResolver, Options, Tree};
 use std::io::Read;
 use std::path::Path;
 use std::sync::Mutex;
 
-/// Pixels of the longer side of a drawing's or text's pattern, at least.
-pub const SMALLEST_RASTER: u32 = 8;
-/// And at most.
-pub const LARGEST_RASTER: u32 = 32_768;
-/// Where nothing is said.
-pub const DEFAULT_RASTER: u32 = 512;
-
-/// A drawing of more bytes is none.
+/// Maximum size of an SVG file, in bytes.
 const LARGEST_FILE: u64 = 16 << 20;
-/// Elements, texts and comments.
+/// Maximum number of XML nodes: elements, texts and comments.
 const MOST_NODES: u32 = 400_000;
-/// Elements within elements: drawing them takes stack and pictures for each.
+/// Maximum nesting of elements: rendering uses stack and memory for each level.
 const DEEPEST: usize = 128;
-/// Bytes that entities may put in their places.
+/// Maximum number of bytes that entities may expand to.
 const LARGEST_EXPANSION: usize = 4 << 20;
 
-/// How drawings begin: no image does.
+/// First bytes of SVG files. No image format starts with them.
 const BEGINNINGS: [&[u8]; 4] = [b"<?xml", b"<svg", b"<!--", b"<!DOCTYPE"];
 
-/// Whether a file is an SVG drawing: by its first bytes, or else its name. Back
-/// at its start after that.
+/// Returns whether a file is an SVG drawing, by its extension or its first
+/// bytes, and rewinds `input`.
 pub(super) fn is_drawing(input: &mut impl Input, path: &Path) -> Result<bool, ShapeMapError> {
     if path.extension().is_some_and(|extension| {
         extension.eq_ignore_ascii_case("svg") || extension.eq_ignore_ascii_case("svgz")
@@ -56,9 +49,10 @@ pub(super) fn is_drawing(input: &mut impl Input, path: &Path) -> Result<bool, Sh
         .any(|beginning| start.starts_with(beginning)))
 }
 
-/// Draws the SVG file in `input`, on white, with `raster` pixels on its longer side.
+/// Renders the SVG file in `input` on white, with `raster` pixels on its longer
+/// side. `path` is named in errors only.
 pub(super) fn draw(
-    input: impl Input,
+    input: impl Read,
     path: &Path,
     raster: u32,
     max_pixels: u64,
@@ -96,37 +90,11 @@ pub(super) fn draw(
     paint(&tree, sides, transform).map_err(wrong)
 }
 
-/// Width and height in pixels of something of `size`.
-pub(super) fn sides([width, height]: [f64; 2], raster: u32) -> [u32; 2] {
-    let scale = f64::from(raster) / width.max(height);
-    // At least a pixel, however narrow; the conversion ends at u32's bounds.
-    [width, height].map(|side| ((side * scale).round() as u32).clamp(1, raster))
-}
-
-/// What a drawing looks like on white, or what stands against it.
-pub(super) fn paint(
-    tree: &Tree,
-    [width, height]: [u32; 2],
-    transform: Transform,
-) -> Result<RgbaImage, String> {
-    let too_large =
-        || format!("{width} × {height} pixels do not fit in memory; make raster smaller");
-    let mut picture = Pixmap::new(width, height).ok_or_else(too_large)?;
-    picture.fill(Color::WHITE);
-    // It may panic at coordinates beyond what it counts with.
-    attempt("the rasteriser", || {
-        resvg::render(tree, transform, &mut picture.as_mut());
-    })
-    .map_err(|problem| format!("{problem}; keep its shapes near what is to be seen of it"))?;
-    // Opaque everywhere: premultiplied or not is the same.
-    RgbaImage::from_raw(width, height, picture.take()).ok_or_else(too_large)
-}
-
-/// The drawing in `text`, which names nothing outside of itself.
+/// Parses an SVG document. References to other files are refused.
 fn parse(text: &str) -> Result<Tree, String> {
     check_entities(text)?;
     let options = ParsingOptions {
-        // Programs for drawing write entities.
+        // Drawing programs write entities.
         allow_dtd: true,
         nodes_limit: MOST_NODES,
         ..ParsingOptions::default()
@@ -138,12 +106,14 @@ fn parse(text: &str) -> Result<Tree, String> {
     loop {
         if depth > DEEPEST {
             return Err(format!(
-                "its elements lie in each other more than {DEEPEST} deep; simplify it"
+                "its elements are nested more than {DEEPEST} deep; simplify it"
             ));
         }
-        // Takes as long as the file says.
+        // Its cost is a number in the file, without a limit.
         if node.is_element() && node.tag_name().name() == "feTurbulence" {
-            return Err("it has a filter of noise; draw the pattern without".to_string());
+            return Err(
+                "it has a filter of noise (feTurbulence); draw the pattern without".to_string(),
+            );
         }
         node = match node.first_child() {
             Some(child) => {
@@ -169,6 +139,7 @@ fn parse(text: &str) -> Result<Tree, String> {
     }
 }
 
+/// Builds the render tree. Embedded and linked images are refused.
 fn convert(document: &Document<'_>) -> Result<Tree, String> {
     let image: Mutex<Option<String>> = Mutex::new(None);
     let refuse = |name: &str| {
@@ -184,18 +155,18 @@ fn convert(document: &Document<'_>) -> Result<Tree, String> {
         },
         ..Options::default()
     };
-    lettering::add_built_in(options.fontdb_mut());
+    add_built_in(options.fontdb_mut());
     let tree = Tree::from_xmltree(document, &options);
     drop(options);
     if let Some(name) = image.into_inner().ok().flatten() {
         return Err(format!(
-            "it holds the image {name:?}; trace that, or give the pattern as a PNG"
+            "it contains the image {name:?}; trace it, or give the pattern as a PNG"
         ));
     }
     tree.map_err(|error| format!("{error}; export it again, with a width and a height"))
 }
 
-/// Refuses text of which entities would make very much more.
+/// Refuses entities that would expand to more than [`LARGEST_EXPANSION`] bytes.
 fn check_entities(text: &str) -> Result<(), String> {
     let mut longest = 0;
     for declaration in text.split("<!ENTITY").skip(1) {

@@ -1,11 +1,11 @@
-//! The error of this module.
+//! The error of patterns and shape maps.
 
 use std::path::PathBuf;
 
-/// What can go wrong between an image file and a shape map.
+/// An error of reading or writing patterns and shape maps.
 ///
-/// The message names the file and the way out; the cause below it, where there
-/// is one, is given by [`source`](std::error::Error::source).
+/// The message names the file and the way out;
+/// [`source`](std::error::Error::source) is the cause, if there is one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ShapeMapError {
@@ -14,18 +14,18 @@ pub enum ShapeMapError {
     Read {
         /// The file.
         path: PathBuf,
-        /// The system's reason.
+        /// The reason of the operating system.
         source: std::io::Error,
     },
 
-    /// A folder was given in place of a file.
+    /// The path names a folder.
     #[error("`{}` is a folder: give an image file", path.display())]
     Directory {
         /// The folder.
         path: PathBuf,
     },
 
-    /// The file is not an image, damaged, or of a format that is not supported.
+    /// The file is not an image, damaged, or in an unsupported format.
     #[error(
         "cannot decode `{}` as an image: give an undamaged PNG, JPEG, BMP, GIF, TGA, TIFF, WebP, PNM, QOI or SVG file",
         path.display()
@@ -33,7 +33,7 @@ pub enum ShapeMapError {
     DecodeImage {
         /// The file.
         path: PathBuf,
-        /// The decoder's reason.
+        /// The reason of the decoder.
         source: Box<image::ImageError>,
     },
 
@@ -42,7 +42,7 @@ pub enum ShapeMapError {
     Drawing {
         /// The file.
         path: PathBuf,
-        /// What is wrong, and what to do.
+        /// The problem and the way out.
         problem: String,
     },
 
@@ -51,11 +51,11 @@ pub enum ShapeMapError {
     Text {
         /// The text.
         text: String,
-        /// What is wrong, and what to do.
+        /// The problem and the way out.
         problem: String,
     },
 
-    /// A file is not a font, or too large for one.
+    /// The file is not a font, or too large.
     #[error("`{}` is not a font: give a TrueType or OpenType file of at most 64 MiB", path.display())]
     Font {
         /// The file.
@@ -66,7 +66,7 @@ pub enum ShapeMapError {
     #[error(
         "`{}` has {width} × {height} pixels, more than the limit of {max_pixels} in all: scale the image down{}",
         path.display(),
-        if *max_pixels < super::MAX_PIXELS { " or raise the limit (--max-pixels, --max-memory)" } else { "" }
+        if *max_pixels < super::limits::MAX_PIXELS { " or raise the limit (--max-pixels, --max-memory)" } else { "" }
     )]
     TooLarge {
         /// The file.
@@ -79,7 +79,7 @@ pub enum ShapeMapError {
         max_pixels: u64,
     },
 
-    /// The file has more bytes than an image of the allowed size.
+    /// The file has more bytes than any image of the allowed size.
     #[error(
         "`{}` has {length} bytes, and the limit is {limit}: scale the image down or raise the limit (--max-pixels, --max-memory)",
         path.display()
@@ -104,10 +104,10 @@ pub enum ShapeMapError {
         height: u32,
     },
 
-    /// A pattern was asked for in a size that cannot be made.
+    /// The size of a pattern is out of range.
     #[error(
         "a pattern cannot have {width} × {height} pixels: use at least 1 × 1 and at most {} in all",
-        super::MAX_PIXELS
+        super::limits::MAX_PIXELS
     )]
     InvalidSize {
         /// Width in pixels.
@@ -116,48 +116,62 @@ pub enum ShapeMapError {
         height: u32,
     },
 
-    /// A scale for the paper's form that leaves no distances.
-    #[error("the scale {scale} cannot be used: give one above 0 and up to 1")]
+    /// The number of pixels does not match the size of the pattern.
+    #[error(
+        "a pattern of {width} × {height} cannot have {count} pixels: give width · height values"
+    )]
+    PixelCount {
+        /// Width in pixels.
+        width: u32,
+        /// Height in pixels.
+        height: u32,
+        /// Number of pixels given.
+        count: usize,
+    },
+
+    /// The scale of [`Encoding::rgba8`](super::Encoding::rgba8) is out of range.
+    #[error("the scale {scale} is out of range: give one above 0 and up to 1")]
     InvalidScale {
         /// The scale, f.
         scale: f32,
     },
 
-    /// The file's name does not fit the form of the map.
+    /// The extension of the file does not fit the form of the map.
     #[error(
-        "cannot keep a shape map of the form {storage} in `{}`: give the file the extension .{} (r8, r16 and rgba8 are kept in .png files, r32f in .exr)",
-        path.display(),
-        storage.extension()
+        "cannot save a shape map of the form {storage} in `{}`: give the file the extension .{extension}",
+        path.display()
     )]
     WrongExtension {
-        /// The file that was to be written.
+        /// The file to be written.
         path: PathBuf,
-        /// The form of the map.
-        storage: super::Storage,
+        /// Name of the form of the map.
+        storage: &'static str,
+        /// The extension for this form.
+        extension: &'static str,
     },
 
-    /// The shape map is neither a PNG nor an OpenEXR file, or damaged.
+    /// The shape map is neither a PNG nor an OpenEXR file, or it is damaged.
     #[error("cannot decode `{}` as a shape map: bake it again from its pattern", path.display())]
     DecodeShapeMap {
         /// The file.
         path: PathBuf,
-        /// The decoder's reason.
+        /// The reason of the decoder.
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 
-    /// An image without the description that a baked map carries.
+    /// The image has no description, as baked maps have.
     #[error("`{}` is an image but not a baked shape map: bake it, or load it as a pattern", path.display())]
     NotAShapeMap {
         /// The file.
         path: PathBuf,
     },
 
-    /// A shape map whose description is wrong or does not match its pixels.
+    /// The description of the shape map is invalid or does not match its pixels.
     #[error("`{}` is not a valid shape map ({reason}): bake it again from its pattern", path.display())]
     InvalidShapeMap {
         /// The file.
         path: PathBuf,
-        /// What is wrong.
+        /// The problem.
         reason: String,
     },
 }

@@ -1,7 +1,7 @@
-//! What all image files that are read have in common: opening and size limits.
-//! What is read after that is any source of bytes, a file or memory.
+//! Opens image files and checks size limits. Readers take any source of bytes.
 
-use super::ShapeMapError;
+use super::error::ShapeMapError;
+use super::limits::MAX_PIXELS;
 use crate::Files;
 use crate::files::Opened;
 use std::io::{BufRead, Seek};
@@ -12,17 +12,9 @@ pub(super) trait Input: BufRead + Seek {}
 
 impl<T: BufRead + Seek> Input for T {}
 
-/// The number of pixels above which an image is refused unless the caller
-/// raises the limit: 2²⁸, a square of 16,384.
-pub const DEFAULT_MAX_PIXELS: u64 = 1 << 28;
-
-/// The number of pixels that no limit can be raised above: 2³⁰. Up to here
-/// squared distances fit the integers used, and byte offsets fit 32 bits.
-pub const MAX_PIXELS: u64 = 1 << 30;
-
-/// Opens a file for reading and tells a folder, a pipe and a device from a file.
+/// Opens a regular file for reading; folders, pipes and devices are errors.
 pub(super) fn open(files: &Files, path: &Path) -> Result<Opened, ShapeMapError> {
-    // Asked first: some systems refuse to open a folder with a misleading reason.
+    // Checked first, as the error of some systems is misleading.
     if files.is_folder(path) {
         return Err(ShapeMapError::Directory {
             path: path.to_path_buf(),
@@ -34,8 +26,8 @@ pub(super) fn open(files: &Files, path: &Path) -> Result<Opened, ShapeMapError> 
     })
 }
 
-/// As [`open`], but refuses a file with more bytes than any image of
-/// `max_pixels` has: some decoders read all of it before they tell the size.
+/// Like [`open`], but refuses files with more bytes than any image of
+/// `max_pixels`, since some decoders read the whole file before its size.
 pub(super) fn open_within(
     files: &Files,
     path: &Path,
@@ -53,13 +45,13 @@ pub(super) fn open_within(
     Ok(input)
 }
 
-/// Bytes that an image may take while it is decoded: four channels of 32 bits
-/// are the largest pixel, and the rest is for buffers.
+/// Returns the memory limit for decoding, in bytes: 16 per pixel (four channels
+/// of 32 bits), and 64 MiB for buffers.
 pub(super) fn decoded_bytes(pixels: u64) -> u64 {
     16 * pixels + (64 << 20)
 }
 
-/// Refuses an image without pixels or with more than `max_pixels` of them
+/// Checks that an image has at least one and at most `max_pixels` pixels
 /// ([`MAX_PIXELS`] at most).
 pub(super) fn check_size(
     path: &Path,

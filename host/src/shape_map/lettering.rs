@@ -1,61 +1,70 @@
-//! Letters as patterns.
+//! Text as patterns.
 
-use super::drawing::{paint, sides};
+use super::error::ShapeMapError;
+use super::fonts::{BUILT_IN, read_font};
 use super::input::check_size;
-use super::{Pattern, PatternOptions, ShapeMapError};
+use super::pattern::{Pattern, PatternOptions};
+use super::raster::{paint, sides};
 use crate::Files;
-use epaint_default_fonts::HACK_REGULAR;
 use resvg::tiny_skia::Transform;
 use resvg::usvg::fontdb::Database;
 use resvg::usvg::{FontResolver, Group, Node, Options, Tree};
 use skrifa::{FontRef, MetadataProvider};
-use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// The font that is built in.
-const BUILT_IN: &str = "Hack";
-/// A font of more bytes is none.
-const LARGEST_FONT: u64 = 64 << 20;
-/// Height of the letters, in units of the drawing.
+/// Font size, in units of the drawing.
 const SIZE: f64 = 100.0;
-/// From line to line.
+/// Distance between lines, in units of the drawing.
 const LINE: f64 = 1.2 * SIZE;
-/// Characters that a message lists.
+/// Maximum number of characters that a message lists.
 const LISTED: usize = 16;
 
-/// Letters that are a pattern.
+/// A text whose letters are a pattern.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Lettering {
-    /// What is written, in lines.
+    /// The text; it may have several lines.
     pub text: String,
-    /// The file of the font; `None` is one that is built in.
+    /// The font file; `None` is the built-in font.
     pub font: Option<PathBuf>,
-    /// What is left free on each side, in line heights.
+    /// Free margin on each side, in line heights.
     pub margin: f64,
 }
 
 impl Lettering {
-    /// The margin where nothing is said.
+    /// Default margin, in line heights.
     pub const DEFAULT_MARGIN: f64 = 0.2;
-}
 
-/// Makes the font that is built in the one for every letter.
-pub(super) fn add_built_in(fonts: &mut Database) {
-    fonts.load_font_data(HACK_REGULAR.to_vec());
-    fonts.set_serif_family(BUILT_IN);
-    fonts.set_sans_serif_family(BUILT_IN);
-    fonts.set_monospace_family(BUILT_IN);
-    fonts.set_cursive_family(BUILT_IN);
-    fonts.set_fantasy_family(BUILT_IN);
+    /// Creates a text in the built-in font with the default margin.
+    pub fn new(text: impl Into<String>) -> Self {
+        Self {
+            text: text.into(),
+            font: None,
+            margin: Self::DEFAULT_MARGIN,
+        }
+    }
 }
 
 impl Pattern {
-    /// Writes the lines of `lettering`, centred, in dark on white; the longer
-    /// side has as many pixels as the options' raster. The font comes from
-    /// `files`.
+    /// Draws the lines of `lettering`, centred, black on white, and thresholds
+    /// the result; the longer side has [`raster`](PatternOptions::raster)
+    /// pixels. The font is read from `files`.
     ///
     /// # Errors
-    /// A font that cannot be read or has not all characters; too many pixels.
+    /// [`ShapeMapError::Font`] and [`ShapeMapError::Read`] for a font that
+    /// cannot be read, [`ShapeMapError::Text`] if characters are missing in it
+    /// or nothing is visible, [`ShapeMapError::TooLarge`].
+    ///
+    /// # Examples
+    /// ```
+    /// use relievo::Files;
+    /// use relievo::shape_map::{Lettering, Pattern, PatternOptions};
+    ///
+    /// let options = PatternOptions { raster: 256, ..PatternOptions::default() };
+    /// let pattern = Pattern::from_text(&Lettering::new("Aa"), &Files::Disk, &options)?;
+    /// assert_eq!(pattern.width().max(pattern.height()), 256);
+    /// assert!(pattern.solid().contains(&true));
+    /// # Ok::<(), relievo::shape_map::ShapeMapError>(())
+    /// ```
     pub fn from_text(
         lettering: &Lettering,
         files: &Files,
@@ -66,10 +75,7 @@ impl Pattern {
             problem,
         };
         let mut fonts = Database::new();
-        match &lettering.font {
-            None => fonts.load_font_data(HACK_REGULAR.to_vec()),
-            Some(path) => fonts.load_font_data(read_font(files, path)?),
-        }
+        fonts.load_font_data(read_font(files, lettering.font.as_deref())?.into_owned());
         let no_font = || ShapeMapError::Font {
             path: lettering.font.clone().unwrap_or_else(|| BUILT_IN.into()),
         };
@@ -112,15 +118,18 @@ impl Pattern {
             fontdb: fonts.into(),
             ..Options::default()
         };
-        let tree = Tree::from_str(&svg(&lettering.text), &drawing)
-            .map_err(|error| wrong(format!("{error}; leave out what is no letter")))?;
+        let tree = Tree::from_str(&svg(&lettering.text), &drawing).map_err(|error| {
+            wrong(format!(
+                "{error}; leave out characters that are not letters"
+            ))
+        })?;
         let [left, top, right, bottom] = ink(tree.root());
         let border = lettering.margin * LINE;
         let ink = [right - left, bottom - top];
         let size = ink.map(|side| side + 2.0 * border);
-        // False without letters, which have no right and no left.
+        // Without visible letters the box is infinite.
         if !ink.iter().all(|side| *side > 0.0 && side.is_finite()) {
-            return Err(wrong("nothing of it is seen; write letters".to_string()));
+            return Err(wrong("it has no visible letters; write some".to_string()));
         }
         let [width, height] = sides(size, options.raster);
         let path = lettering.font.as_deref().unwrap_or(Path::new(BUILT_IN));
@@ -133,8 +142,8 @@ impl Pattern {
     }
 }
 
-/// Left, top, right and bottom of the outlines of all letters: the box of a text
-/// itself is that of its font's lines.
+/// Returns left, top, right and bottom of all outlines. (The bounding box of a
+/// text node has the height of the font's lines.)
 fn ink(group: &Group) -> [f64; 4] {
     let mut sides = [f64::INFINITY, f64::INFINITY, -f64::INFINITY, -f64::INFINITY];
     for node in group.children() {
@@ -157,24 +166,7 @@ fn ink(group: &Group) -> [f64; 4] {
     sides
 }
 
-/// The bytes of a font.
-fn read_font(files: &Files, path: &Path) -> Result<Vec<u8>, ShapeMapError> {
-    let bytes = files.read(path, LARGEST_FONT).map_err(|source| {
-        let path = path.to_path_buf();
-        if source.kind() == ErrorKind::FileTooLarge {
-            ShapeMapError::Font { path }
-        } else {
-            ShapeMapError::Read { path, source }
-        }
-    })?;
-    // Asked first: the database only logs what it cannot read.
-    FontRef::from_index(&bytes, 0).map_err(|_| ShapeMapError::Font {
-        path: path.to_path_buf(),
-    })?;
-    Ok(bytes.into_owned())
-}
-
-/// A character for a message.
+/// Formats a character for a message.
 fn shown(c: &char) -> String {
     if c.is_control() {
         format!("U+{:04X}", u32::from(*c))
@@ -183,7 +175,7 @@ fn shown(c: &char) -> String {
     }
 }
 
-/// The lines of `text` as a drawing, one below the other around x = 0.
+/// Returns an SVG document with the lines of `text`, centred at x = 0.
 fn svg(text: &str) -> String {
     let mut svg = format!(
         "<svg xmlns='http://www.w3.org/2000/svg' width='1' height='1' font-size='{SIZE}' text-anchor='middle'>"
@@ -267,7 +259,7 @@ mod tests {
             ),
             ("A漢", Some("f.ttf"), "f.ttf has no"),
             ("A\tB\u{1}", None, "U+0001, U+0009"),
-            ("\u{a0}", None, "nothing of it is seen"),
+            ("\u{a0}", None, "no visible letters"),
             ("A", Some("bad.ttf"), "not a font"),
             ("A", Some("none.ttf"), "none.ttf"),
         ] {

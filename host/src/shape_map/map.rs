@@ -1,10 +1,18 @@
-//! The shape map as renderers read it: distances, packed into words.
+//! The shape map that renderers read: distances packed into words (section 3 of
+//! docs/algorithm.md).
 //!
-//! Source: algorithm.md, section 3.
+//! ```
+//! use relievo::shape_map::{Pattern, Storage, bake};
+//!
+//! let pattern = Pattern::from_pixels(4, 1, [true, false, false, false])?;
+//! let map = bake(&pattern, Storage::R8, &|_| ());
+//! assert_eq!([0, 1, 2, 3].map(|x| map.decode(x, 0)), [-0.5, 0.5, 1.5, 0.5]);
+//! assert_eq!(map.words().len(), 1); // four texels of 8 bits
+//! # Ok::<(), relievo::shape_map::ShapeMapError>(())
+//! ```
 
-use super::coding::{Coding, largest_code};
-use super::{DistanceField, Encoding, Storage, rgba8};
-use rayon::prelude::*;
+use super::distance::DistanceField;
+use super::storage::{Coding, Encoding, Storage, largest_code};
 
 /// Signed distances to the pattern in one of four forms, as 32-bit words.
 ///
@@ -14,18 +22,18 @@ use rayon::prelude::*;
 /// | [`Storage::R32F`] | the bits of an f32 | the f32 |
 /// | [`Storage::Rgba8`] | R, G: normal; B: distance to the nearest centre of the pattern; A: 0 on the pattern, else 255 | A = 0: −½, else max(B · step − ½, ½) |
 ///
-/// Texel i = y · width + x lies in word i · bits / 32 (rounded down), from bit
-/// (i · bits) mod 32 on; of Rgba8, R takes the lowest bits and A the highest.
-/// Rows are not padded; the last word is, with zeros.
+/// Texel i = y · width + x is in word i · bits / 32 (rounded down), from bit
+/// (i · bits) mod 32 on; R of Rgba8 is in the lowest bits and A in the highest.
+/// Rows are not padded; the last word is padded with zeros.
 ///
-/// What a renderer may rely on, for all of them:
+/// All forms guarantee:
 ///
-/// - A stored distance is at most the true one, and less by no more than
-///   [`quantum`](Self::quantum), with two exceptions. Values under
+/// - A stored distance is at most the true one, and less by at most
+///   [`quantum`](Self::quantum), with two exceptions. Values below
 ///   [`min_distance`](Self::min_distance), inside the pattern, are raised to
-///   it. Values over [`max_distance`](Self::max_distance) are lowered to it,
+///   it. Values above [`max_distance`](Self::max_distance) are lowered to it,
 ///   which is safe for leaping as long as the pattern is grown by less.
-///   (Without a pattern the true distance is a convention, and Rgba8's is less
+///   (In an empty pattern the true distance is a convention, and Rgba8's is less
 ///   by another ½.)
 /// - Stored distances of texels that share an edge, also across the map's
 ///   edges, differ by at most 1 + `quantum`; of R32F by 1 and the rounding of
@@ -34,203 +42,162 @@ use rayon::prelude::*;
 pub struct ShapeMap {
     width: u32,
     height: u32,
+    storage: Storage,
     coding: Coding,
     words: Vec<u32>,
 }
 
 impl ShapeMap {
-    /// Encodes a distance field. Of fixed-point codes the step is the smallest
-    /// power of two, within the limits of the storage, that lets the field's
-    /// range fit; of Rgba8 it is f · max(EDT) / 255.
+    /// Encodes a distance field. The step of fixed-point codes is the smallest
+    /// power of two, within the limits of the storage, with which the field's
+    /// range fits; that of Rgba8 is f · max(EDT) / 255.
     pub fn encode(field: &DistanceField, encoding: impl Into<Encoding>) -> Self {
         let Encoding { storage, scale } = encoding.into();
-        let (width, height) = (field.width(), field.height());
-        let values = field.values();
-        let (min, max) = range(values, |&value| value);
-        match storage {
-            Storage::R8 | Storage::R16 => {
-                let coding = Coding::choose(storage, scale, min, max);
-                Self::pack(width, height, coding, values, |value| {
-                    coding.encode_code(value)
-                })
-            }
-            Storage::R32F => {
-                let coding = Coding::choose(storage, scale, min, max);
-                Self::pack(width, height, coding, values, f32::to_bits)
-            }
-            Storage::Rgba8 => {
-                let pattern_is_empty = min > 0.0;
-                let max = rgba8::pattern_distance(max, pattern_is_empty);
-                let coding = Coding::choose(storage, scale, min, max as f32);
-                let words = rgba8::encode(field, coding, pattern_is_empty);
-                Self {
-                    width,
-                    height,
-                    coding,
-                    words,
-                }
-            }
-        }
-    }
-
-    /// Packs `source`, one item per texel, through `texel`, whose results must
-    /// fit the storage.
-    pub(super) fn pack<T: Copy + Sync>(
-        width: u32,
-        height: u32,
-        coding: Coding,
-        source: &[T],
-        texel: impl Fn(T) -> u32 + Sync,
-    ) -> Self {
-        let storage = coding.storage;
-        let words = source
-            .par_chunks(storage.texels_per_word() as usize)
-            .map(|texels| {
-                // The first texel takes the lowest bits. `checked_shl`, as a
-                // single texel of 32 bits would be shifted by its full width.
-                texels.iter().rev().fold(0u32, |word, &item| {
-                    word.checked_shl(storage.bits()).unwrap_or(0) | texel(item)
-                })
-            })
-            .collect();
+        let (coding, words) = (storage.form().encode)(field, scale);
         Self {
-            width,
-            height,
+            width: field.width(),
+            height: field.height(),
+            storage,
             coding,
             words,
         }
     }
 
-    /// Width in texels, at least 1.
+    /// Creates a map from its packed texels.
+    pub(super) fn new(
+        [width, height]: [u32; 2],
+        storage: Storage,
+        coding: Coding,
+        words: Vec<u32>,
+    ) -> Self {
+        Self {
+            width,
+            height,
+            storage,
+            coding,
+            words,
+        }
+    }
+
+    /// Returns the width in texels, at least 1.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in texels, at least 1.
+    /// Returns the height in texels, at least 1.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// The form of the texels.
+    /// Returns the form of the texels.
     pub fn storage(&self) -> Storage {
-        self.coding.storage
+        self.storage
     }
 
-    /// R8, R16: the code that stands for distance 0. Else 0.
+    /// Returns the code of distance 0 for R8 and R16, otherwise 0.
     pub fn bias(&self) -> u32 {
         self.coding.bias
     }
 
-    /// Texels (of length) per unit of the code (R8, R16: a power of two) or of
-    /// the blue channel (Rgba8: f · max(EDT) / 255). R32F: 0.
+    /// Returns the texels (of length) per unit of the code (R8, R16: a power of two)
+    /// or of the blue channel (Rgba8: f · max(EDT) / 255); 0 for R32F.
     pub fn step(&self) -> f32 {
         self.coding.step
     }
 
-    /// The most, in texels, by which a stored distance lies under the true one:
-    /// a step, or 0 for R32F.
+    /// Returns the largest difference of a stored distance to the true one, in
+    /// texels: a step, or 0 for R32F.
     pub fn quantum(&self) -> f32 {
         self.coding.step
     }
 
-    /// Rgba8: the paper's scale f, 0 < f ≤ 1 (equation (5)). Else 1.
+    /// Returns the paper's scale f for Rgba8, 0 < f ≤ 1 (equation (5)), otherwise 1.
     pub fn scale(&self) -> f32 {
         self.coding.scale
     }
 
-    /// Rgba8: the paper's τ = f · max(EDT) / W in map widths (wu), so that
-    /// D = τ · B / 255 for the blue channel B (equations (4) and (5)). The
-    /// pattern may be grown by less than this where f < 1. Else none.
+    /// Returns the paper's τ = f · max(EDT) / W for Rgba8, in map widths (wu), with
+    /// D = τ · B / 255 for the blue channel B (equations (4) and (5)). If f < 1,
+    /// the pattern may be grown by less than this.
     pub fn tau(&self) -> Option<f32> {
         (self.storage() == Storage::Rgba8).then(|| 255.0 * self.step() / self.width as f32)
     }
 
-    /// The packed texels, see [`ShapeMap`] for their order.
+    /// Returns the packed texels in the order of [`ShapeMap`].
     pub fn words(&self) -> &[u32] {
         &self.words
     }
 
-    /// The least distance that can be stored, in texels; 0 or negative. R32F,
-    /// which has no bounds: the least in the map, found by reading all of it.
+    /// Returns the lowest distance that can be stored, in texels; 0 or negative. For
+    /// R32F, which has no bounds: the lowest in the map, found by reading all of
+    /// it.
     pub fn min_distance(&self) -> f32 {
-        match self.storage() {
-            Storage::R32F => self.float_range().0,
-            Storage::R8 | Storage::R16 | Storage::Rgba8 => self.coding.decode(0),
-        }
+        self.range().0
     }
 
-    /// The largest distance that can be stored, in texels. A saturated map may
-    /// be leapt through safely while the pattern is grown by less than this.
-    /// R32F, which has no bounds: the largest in the map, found by reading all
+    /// Returns the highest distance that can be stored, in texels. Leaping through a
+    /// saturated map is safe while the pattern is grown by less than this. For
+    /// R32F, which has no bounds: the highest in the map, found by reading all
     /// of it.
     pub fn max_distance(&self) -> f32 {
-        match self.storage() {
-            Storage::R32F => self.float_range().1,
-            storage @ (Storage::R8 | Storage::R16 | Storage::Rgba8) => {
-                self.coding.decode(largest_code(storage))
-            }
-        }
+        self.range().1
     }
 
-    fn float_range(&self) -> (f32, f32) {
-        range(&self.words, |&word| f32::from_bits(word))
+    fn range(&self) -> (f32, f32) {
+        (self.storage.form().range)(self.coding, &self.words)
     }
 
-    /// Whether distances are out of the range that can be stored. Rgba8:
-    /// whether f < 1; its inside, −½ everywhere, does not count.
+    /// Returns whether distances are out of the range that can be stored; for Rgba8
+    /// whether f < 1. The inside of Rgba8 is −½ everywhere and is not counted.
     pub fn saturated(&self) -> bool {
         self.coding.saturated
     }
 
-    /// The stored texel, see [`ShapeMap`]; coordinates beyond the map wrap around.
+    /// Returns a texel; coordinates wrap around.
     pub fn texel(&self, x: u32, y: u32) -> u32 {
         let (x, y) = (x % self.width, y % self.height);
         self.texel_at(y as usize * self.width as usize + x as usize)
     }
 
-    /// The stored distance in texels; coordinates beyond the map wrap around.
+    /// Returns the stored distance in texels; coordinates wrap around.
     pub fn decode(&self, x: u32, y: u32) -> f32 {
-        self.coding.decode(self.texel(x, y))
+        (self.storage.form().decode)(self.coding, self.texel(x, y))
     }
 
-    /// Rgba8: the stored normal, a unit vector (to ±1/255) along x and y of the
-    /// map's pixels (y down), away from the pattern; none on ridges, where no
-    /// side is nearer, and none in other storages. Coordinates beyond the map
-    /// wrap around.
+    /// Returns the stored normal of Rgba8: a unit vector (to ±1/255) away from the
+    /// pattern, in pixels (y down). `None` on ridges, where no side is nearer, and
+    /// for other forms. Coordinates wrap around.
     pub fn normal(&self, x: u32, y: u32) -> Option<[f32; 2]> {
-        match self.storage() {
-            Storage::Rgba8 => rgba8::decode_normal(self.texel(x, y)),
-            Storage::R8 | Storage::R16 | Storage::R32F => None,
-        }
+        (self.storage.form().normal)(self.texel(x, y))
+    }
+
+    /// Checks that an encoder can have made every texel.
+    pub(super) fn check_texels(&self) -> Result<(), String> {
+        let Some(check) = self.storage.form().check_texel else {
+            return Ok(());
+        };
+        let diagonal = f64::from(self.width).hypot(f64::from(self.height)) as f32;
+        let count = self.width as usize * self.height as usize;
+        (0..count).try_for_each(|index| check(self.texel_at(index), diagonal))
     }
 
     pub(super) fn coding(&self) -> Coding {
         self.coding
     }
 
-    /// The stored texel number `index` = y · width + x.
-    pub(super) fn texel_at(&self, index: usize) -> u32 {
+    /// Returns the texel number `index` = y · width + x.
+    fn texel_at(&self, index: usize) -> u32 {
         let storage = self.storage();
         let per_word = storage.texels_per_word() as usize;
         let shift = (index % per_word) as u32 * storage.bits();
-        (self.words[index / per_word] >> shift) & largest_code(storage)
+        (self.words[index / per_word] >> shift) & largest_code(storage.bits())
     }
-}
-
-/// The least and the largest value.
-fn range<T: Sync>(source: &[T], value: impl Fn(&T) -> f32 + Sync) -> (f32, f32) {
-    source
-        .par_iter()
-        .map(|item| (value(item), value(item)))
-        .reduce(
-            || (f32::INFINITY, f32::NEG_INFINITY),
-            |a, b| (a.0.min(b.0), a.1.max(b.1)),
-        )
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::distance::tests::patterns;
+    use super::super::storage::pack;
     use super::super::{Pattern, signed_distance_field};
     use super::*;
     use proptest::prelude::*;
@@ -239,7 +206,7 @@ mod tests {
         signed_distance_field(pattern, &|_| ())
     }
 
-    /// A disc, or the hole of one, in a square map.
+    /// Returns the field of a disc, or of its complement, in a square map.
     fn disc(size: u32, radius: u32, hole: bool) -> DistanceField {
         let pattern = Pattern::from_fn(size, size, |x, y| {
             let (x, y) = (x.abs_diff(size / 2), y.abs_diff(size / 2));
@@ -248,8 +215,7 @@ mod tests {
         field(&pattern.unwrap())
     }
 
-    /// Rounded down, by no more than the quantum, unless out of range; and
-    /// still Lipschitz. True of every storage.
+    /// Checks the guarantees of every form.
     fn check(field: &DistanceField, map: &ShapeMap) {
         let quantum = map.quantum();
         let (min, max) = (map.min_distance(), map.max_distance());
@@ -318,18 +284,19 @@ mod tests {
 
     #[test]
     fn texels_are_packed_from_the_low_bits_on() {
-        let pack = |storage, texels: &[u32]| {
-            let coding = Coding::choose(storage, 1.0, 0.0, 0.0);
-            ShapeMap::pack(texels.len() as u32, 1, coding, texels, |t| t)
+        let packed = |storage: Storage, texels: &[u32]| {
+            let map = ShapeMap::encode(&disc(4, 1, false), storage);
+            let words = pack(storage.bits(), texels, |t| t);
+            ShapeMap::new([texels.len() as u32, 1], storage, map.coding, words)
         };
-        let map = pack(Storage::R8, &[1, 2, 3, 4, 0xff]);
+        let map = packed(Storage::R8, &[1, 2, 3, 4, 0xff]);
         assert_eq!(map.words(), [0x0403_0201, 0x0000_00ff]);
         assert_eq!((map.texel(3, 0), map.texel(4, 7)), (4, 0xff));
-        let map = pack(Storage::R16, &[0x1234, 0xabcd, 0xffff]);
+        let map = packed(Storage::R16, &[0x1234, 0xabcd, 0xffff]);
         assert_eq!(map.words(), [0xabcd_1234, 0x0000_ffff]);
         assert_eq!((map.texel(1, 0), map.texel(3, 0)), (0xabcd, 0x1234));
         for storage in [Storage::R32F, Storage::Rgba8] {
-            let map = pack(storage, &[u32::MAX, 7]);
+            let map = packed(storage, &[u32::MAX, 7]);
             assert_eq!(map.words(), [u32::MAX, 7]);
             assert_eq!(map.texel(1, 0), 7);
         }

@@ -1,47 +1,61 @@
-//! Shape maps: from a binary picture to the distances a renderer marches through.
+//! Shape maps: from a binary image to the distances through which a renderer
+//! marches.
 //!
 //! | step | module | result |
 //! |---|---|---|
-//! | 1. threshold an image, a drawing or text | [`pattern`] | [`Pattern`]: which pixels are extruded |
+//! | 1. threshold an image, a drawing or text | [`pattern`] | [`Pattern`]: the pixels that are extruded |
 //! | 2. distance transform | [`distance`] | [`DistanceField`]: exact, toroidal, signed, in texels |
 //! | 3. encode | [`storage`], [`map`] | [`ShapeMap`]: packed texels in one of four forms |
-//! | 4. keep (optional) | [`mod@file`] | a PNG or OpenEXR file that says how to decode it |
+//! | 4. save (optional) | [`mod@file`] | a PNG or OpenEXR file with its description |
 //!
-//! [`bake`] does steps 2 and 3. The map repeats in both directions, so every
-//! distance is measured on the torus. Unit of all distances here: one texel
-//! (divide by the map's width for the renderer's width units, wu).
+//! [`bake`] does steps 2 and 3. The map repeats in both directions, so distances
+//! are measured on the torus. Their unit is one texel (divide by the map's width
+//! for the renderer's width units, wu).
 //!
-//! Source: algorithm.md, sections 1 and 3.
+//! Source: sections 1 and 3 of docs/algorithm.md.
+//!
+//! ```
+//! use relievo::shape_map::{Pattern, Storage, bake};
+//!
+//! let disc = Pattern::from_fn(64, 64, |x, y| {
+//!     (f64::from(x) - 31.5).hypot(f64::from(y) - 31.5) < 20.0
+//! })?;
+//! let map = bake(&disc, Storage::R16, &|_| ());
+//! assert!((map.decode(31, 31) + 20.0).abs() < 2.0);
+//! assert!(!map.saturated());
+//! # Ok::<(), relievo::shape_map::ShapeMapError>(())
+//! ```
 
-mod coding;
 pub mod distance;
 mod drawing;
 mod error;
 pub mod file;
+mod fonts;
 mod input;
 mod lettering;
+mod limits;
 pub mod map;
 pub mod pattern;
-mod rgba8;
+mod raster;
 pub mod storage;
 
 pub use distance::{DistanceField, Progress, signed_distance_field};
-pub use drawing::{DEFAULT_RASTER, LARGEST_RASTER, SMALLEST_RASTER};
 pub use error::ShapeMapError;
-pub use input::{DEFAULT_MAX_PIXELS, MAX_PIXELS};
 pub use lettering::Lettering;
+pub use limits::{DEFAULT_MAX_PIXELS, MAX_PIXELS};
 pub use map::ShapeMap;
 pub use pattern::{Pattern, PatternOptions};
+pub use raster::{DEFAULT_RASTER, LARGEST_RASTER, SMALLEST_RASTER};
 pub use storage::{Encoding, Storage};
 
-/// Part of the time of [`bake`] that the distance transform takes (measured).
+/// Fraction of the time of [`bake`] for the distance transform (measured).
 const TRANSFORM_SHARE: f64 = 0.7;
 
-/// Computes the signed distance field of `pattern` and encodes it: in a
+/// Computes the signed distance field of `pattern` and encodes it in a
 /// [`Storage`], or an [`Encoding`] with its scale.
 ///
-/// `progress` is called from time to time, from any thread, with the fraction
-/// done in 0…1, and ends at 1.
+/// `progress` is called from time to time, from any thread, with the fraction of
+/// the work that is done, 0…1; the last call is with 1.
 pub fn bake(pattern: &Pattern, encoding: impl Into<Encoding>, progress: &Progress<'_>) -> ShapeMap {
     let field = signed_distance_field(pattern, &|fraction| progress(fraction * TRANSFORM_SHARE));
     let map = ShapeMap::encode(&field, encoding);

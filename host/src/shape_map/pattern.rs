@@ -1,30 +1,40 @@
-//! The pattern: the dark pixels of an image, which are extruded.
+//! The pattern: the pixels of an image that are extruded (sections 1 and 3 of
+//! docs/algorithm.md).
 //!
-//! Source: algorithm.md, sections 1 and 3.
+//! ```
+//! use relievo::shape_map::pattern::{Pattern, PatternOptions};
+//! use std::path::Path;
+//!
+//! // One black and one white pixel, as an image file in memory.
+//! let image = b"P2 2 1 255\n0 255\n";
+//! let pattern = Pattern::from_bytes(image, Path::new("two.pgm"), &PatternOptions::default())?;
+//! assert_eq!(pattern.solid(), [true, false]);
+//! # Ok::<(), relievo::shape_map::ShapeMapError>(())
+//! ```
 
-use super::ShapeMapError;
-use super::drawing::{DEFAULT_RASTER, draw, is_drawing};
-use super::input::{
-    DEFAULT_MAX_PIXELS, Input, MAX_PIXELS, check_size, decoded_bytes, open, open_within,
-};
+use super::drawing::{draw, is_drawing};
+use super::error::ShapeMapError;
+use super::input::{Input, check_size, decoded_bytes, open, open_within};
+use super::limits::{DEFAULT_MAX_PIXELS, MAX_PIXELS};
+use super::raster::DEFAULT_RASTER;
 use crate::Files;
 use image::{DynamicImage, ImageDecoder, ImageReader, Limits};
 use std::io::Cursor;
 use std::path::Path;
 
-/// How an image becomes binary.
+/// Options for thresholding an image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PatternOptions {
-    /// A pixel is pattern where its luma, rounded to 8 bits, is below this
-    /// value (0…255; default 128).
+    /// Pixels whose luma, rounded to 8 bits, is below this value are pattern
+    /// (0…255; default 128).
     pub threshold: u8,
-    /// Makes the bright pixels the pattern instead (default false).
+    /// Whether the bright pixels are the pattern instead (default false).
     pub invert: bool,
-    /// Images with more pixels are refused before they are decoded (default
-    /// [`DEFAULT_MAX_PIXELS`]; values above [`MAX_PIXELS`] count as that).
+    /// Maximum number of pixels, checked before decoding (default
+    /// [`DEFAULT_MAX_PIXELS`]; values above [`MAX_PIXELS`] are reduced to it).
     pub max_pixels: u64,
-    /// Pixels of the longer side of what is drawn for it: an SVG file, or text
-    /// (default [`DEFAULT_RASTER`]). Images have their own.
+    /// Pixels on the longer side of a rasterised SVG file or text (default
+    /// [`DEFAULT_RASTER`]). Images keep their size.
     pub raster: u32,
 }
 
@@ -39,8 +49,8 @@ impl Default for PatternOptions {
     }
 }
 
-/// A binary image: which pixels belong to the pattern. It has at least one
-/// pixel and repeats in both directions.
+/// A binary image of at least one pixel that repeats in both directions. Its solid
+/// pixels are extruded.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     width: u32,
@@ -52,17 +62,17 @@ impl Pattern {
     /// Loads an image and thresholds it. Fully transparent pixels are never
     /// pattern, inverted or not.
     ///
-    /// The format is guessed from the content; the file's extension counts only
-    /// where the content has no signature (TGA). Of an animation the first
-    /// frame is taken. An SVG file is drawn on white.
+    /// The format is detected from the content, or from the extension if the
+    /// content has no signature (TGA). Of an animation the first frame is used.
+    /// An SVG file is rendered on white.
     ///
     /// # Errors
-    /// A file that cannot be read, is no image, or has no pixels or too many.
+    /// A file that cannot be read, is not an image, or has no pixels or too many.
     pub fn load(path: impl AsRef<Path>, options: &PatternOptions) -> Result<Self, ShapeMapError> {
         Self::load_from(&Files::Disk, path.as_ref(), options)
     }
 
-    /// As [`Pattern::load`], of `files`.
+    /// Like [`Pattern::load`], from `files`.
     ///
     /// # Errors
     /// As for [`Pattern::load`].
@@ -74,8 +84,8 @@ impl Pattern {
         Self::read(open_within(files, path, options.max_pixels)?, path, options)
     }
 
-    /// As [`Pattern::load`], of the bytes of a file; `path` is named in errors,
-    /// and its extension counts as there.
+    /// Like [`Pattern::load`], from the bytes of a file; `path` is named in errors
+    /// and its extension is used as there.
     ///
     /// # Errors
     /// As for [`Pattern::load`].
@@ -87,7 +97,7 @@ impl Pattern {
         Self::read(Cursor::new(bytes), path, options)
     }
 
-    /// Whether a file is an SVG drawing, which has no pixels of its own.
+    /// Returns whether a file is an SVG drawing, which has no pixels of its own.
     ///
     /// # Errors
     /// A file that cannot be opened or read.
@@ -108,7 +118,7 @@ impl Pattern {
         Ok(Self::threshold(image, options))
     }
 
-    /// The dark pixels of `image`, or the bright ones.
+    /// Thresholds `image`.
     pub(super) fn threshold(image: DynamicImage, options: &PatternOptions) -> Self {
         let (width, height) = (image.width(), image.height());
         let solid = image
@@ -126,21 +136,89 @@ impl Pattern {
         }
     }
 
-    /// Makes a pattern of `width` × `height` pixels; `solid(x, y)` says which
-    /// belong to it. Called row by row, from the top left.
+    /// Draws an SVG document on white and thresholds it; its longer side has
+    /// [`raster`](PatternOptions::raster) pixels.
+    ///
+    /// # Errors
+    /// [`ShapeMapError::Drawing`] for an invalid document,
+    /// [`ShapeMapError::TooLarge`].
+    ///
+    /// # Examples
+    /// ```
+    /// use relievo::shape_map::{Pattern, PatternOptions};
+    ///
+    /// let svg = "<svg xmlns='http://www.w3.org/2000/svg' width='2' height='1'>
+    ///     <circle cx='1' cy='0.5' r='0.4'/></svg>";
+    /// let options = PatternOptions { raster: 64, ..PatternOptions::default() };
+    /// let pattern = Pattern::from_svg(svg, &options)?;
+    /// assert_eq!((pattern.width(), pattern.height()), (64, 32));
+    /// assert!(pattern.is_solid(32, 16) && !pattern.is_solid(0, 0));
+    /// # Ok::<(), relievo::shape_map::ShapeMapError>(())
+    /// ```
+    pub fn from_svg(svg: &str, options: &PatternOptions) -> Result<Self, ShapeMapError> {
+        let path = Path::new("the SVG document");
+        let image = draw(svg.as_bytes(), path, options.raster, options.max_pixels)?;
+        Ok(Self::threshold(image.into(), options))
+    }
+
+    /// Creates a pattern from its pixels, row by row from the top left: true
+    /// where the pixel is extruded.
+    ///
+    /// # Errors
+    /// [`ShapeMapError::InvalidSize`] for no pixels or more than [`MAX_PIXELS`],
+    /// [`ShapeMapError::PixelCount`] unless there are `width` · `height` of them.
+    ///
+    /// # Examples
+    /// ```
+    /// use relievo::shape_map::Pattern;
+    ///
+    /// let pattern = Pattern::from_pixels(3, 1, [true, false, false])?;
+    /// assert!(pattern.is_solid(0, 0) && !pattern.is_solid(1, 0));
+    /// # Ok::<(), relievo::shape_map::ShapeMapError>(())
+    /// ```
+    pub fn from_pixels(
+        width: u32,
+        height: u32,
+        solid: impl Into<Vec<bool>>,
+    ) -> Result<Self, ShapeMapError> {
+        let solid = solid.into();
+        if solid.len() as u64 != checked_count(width, height)? {
+            return Err(ShapeMapError::PixelCount {
+                width,
+                height,
+                count: solid.len(),
+            });
+        }
+        Ok(Self {
+            width,
+            height,
+            solid,
+        })
+    }
+
+    /// Creates a pattern of `width` × `height` pixels from a function that
+    /// tells whether the pixel at (x, y) is extruded. It is called row by row,
+    /// from the top left.
     ///
     /// # Errors
     /// [`ShapeMapError::InvalidSize`] for no pixels or more than [`MAX_PIXELS`].
+    ///
+    /// # Examples
+    /// ```
+    /// use relievo::shape_map::Pattern;
+    ///
+    /// let disc = Pattern::from_fn(64, 64, |x, y| {
+    ///     (f64::from(x) - 31.5).hypot(f64::from(y) - 31.5) < 20.0
+    /// })?;
+    /// assert!(disc.is_solid(32, 32) && !disc.is_solid(0, 0));
+    /// # Ok::<(), relievo::shape_map::ShapeMapError>(())
+    /// ```
     pub fn from_fn(
         width: u32,
         height: u32,
         mut solid: impl FnMut(u32, u32) -> bool,
     ) -> Result<Self, ShapeMapError> {
-        let pixels = u64::from(width) * u64::from(height);
-        if pixels == 0 || pixels > MAX_PIXELS {
-            return Err(ShapeMapError::InvalidSize { width, height });
-        }
-        let mut pixels = Vec::with_capacity(pixels as usize);
+        let mut pixels = Vec::with_capacity(checked_count(width, height)? as usize);
         for y in 0..height {
             pixels.extend((0..width).map(|x| solid(x, y)));
         }
@@ -151,29 +229,38 @@ impl Pattern {
         })
     }
 
-    /// Width in pixels, at least 1.
+    /// Returns the width in pixels, at least 1.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Height in pixels, at least 1.
+    /// Returns the height in pixels, at least 1.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// All pixels, row by row: true where the pixel is pattern.
+    /// Returns all pixels, row by row: true where the pixel is pattern.
     pub fn solid(&self) -> &[bool] {
         &self.solid
     }
 
-    /// Whether a pixel is pattern; coordinates beyond the map wrap around.
+    /// Returns whether a pixel is pattern; coordinates wrap around.
     pub fn is_solid(&self, x: u32, y: u32) -> bool {
         let (x, y) = ((x % self.width) as usize, (y % self.height) as usize);
         self.solid[y * self.width as usize + x]
     }
 }
 
-/// Decodes an image whose size has been checked before any pixel is read.
+/// Returns the number of pixels, if a pattern may have this size.
+fn checked_count(width: u32, height: u32) -> Result<u64, ShapeMapError> {
+    let count = u64::from(width) * u64::from(height);
+    if count == 0 || count > MAX_PIXELS {
+        return Err(ShapeMapError::InvalidSize { width, height });
+    }
+    Ok(count)
+}
+
+/// Decodes an image after checking its size.
 fn decode_image(
     mut input: impl Input,
     path: &Path,
@@ -187,8 +274,8 @@ fn decode_image(
         path: path.to_path_buf(),
         source: Box::new(source),
     };
-    // The decoder for PNG reads on to the pixels before it tells the size, and
-    // takes its limits before that.
+    // The PNG decoder reads up to the pixels before it returns the size, and takes
+    // its limits before that.
     let header = png::Decoder::new(&mut input)
         .read_header_info()
         .map_or([0; 2], |header| [header.width, header.height]);
@@ -212,7 +299,7 @@ fn decode_image(
     DynamicImage::from_decoder(decoder).map_err(decode_error)
 }
 
-/// What a decoder may set aside for an image of a size that has been checked.
+/// Returns the memory limit of the decoder for an image of this size.
 fn memory([width, height]: [u32; 2]) -> Limits {
     let mut limits = Limits::no_limits();
     limits.max_alloc = Some(decoded_bytes(u64::from(width) * u64::from(height)));
@@ -302,7 +389,7 @@ mod tests {
         assert_eq!(load(&path).unwrap().solid, [true, false]);
     }
 
-    /// Signature and header of a gray PNG, and nothing more.
+    /// Returns the signature and header of a gray PNG.
     fn png_header(width: u32, height: u32) -> Vec<u8> {
         let mut bytes = Vec::new();
         let mut encoder = png::Encoder::new(&mut bytes, width, height);
@@ -327,7 +414,7 @@ mod tests {
                 "{message}"
             );
         }
-        // Other formats tell their size before the pixels.
+        // Other formats have the size before the pixels.
         fs::write(&path, "P5 60000 60000 255\n").unwrap();
         assert!(matches!(
             load(&path),
@@ -396,5 +483,11 @@ mod tests {
             let error = Pattern::from_fn(width, height, |_, _| true).unwrap_err();
             assert!(matches!(error, ShapeMapError::InvalidSize { .. }));
         }
+        let error = Pattern::from_pixels(2, 2, [true; 3]).unwrap_err();
+        let message = error.to_string();
+        assert!(
+            message.contains("2 × 2") && message.contains("3 pixels"),
+            "{message}"
+        );
     }
 }

@@ -1,11 +1,27 @@
-//! Two pictures of one frame, word by word.
+//! Compares two renderings of a frame word by word.
+//!
+//! ```
+//! use relievo::render::{ColorWords, GeometryWords};
+//! use relievo::verify::compare;
+//!
+//! let gpu = ColorWords { width: 1, height: 1, words: vec![[1, 2, 3, 1]] };
+//! let cpu = ColorWords { width: 1, height: 1, words: vec![[1, 2, 4, 1]] };
+//! let geometry = GeometryWords {
+//!     width: 1,
+//!     height: 1,
+//!     place: vec![[0; 4]],
+//!     surface: vec![[0; 4]],
+//! };
+//! let agreement = compare([&gpu, &cpu], [&geometry, &geometry]);
+//! assert_eq!((agreement.words(), agreement.different()), (12, 1));
+//! ```
 
 use crate::render::{ColorWords, GeometryWords};
 use relievo_bitwise::{Batch, Tally};
 
-/// What the words of a pixel of [`ColorWords`] are.
+/// Names of the words of a pixel of [`ColorWords`].
 pub const COLOR_NAMES: [&str; 4] = ["red", "green", "blue", "class"];
-/// What the words of a pixel of [`GeometryWords`] are: place, then surface.
+/// Names of the words of a pixel of [`GeometryWords`]: place, then surface.
 pub const GEOMETRY_NAMES: [&str; 8] = [
     "t",
     "u",
@@ -17,41 +33,41 @@ pub const GEOMETRY_NAMES: [&str; 8] = [
     "N.z",
 ];
 
-/// How far two renderings of one frame agree.
+/// Differences between two renderings of a frame.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Agreement {
     /// Width of the pictures, pixels.
     pub width: usize,
-    /// Colour words; an input is a pixel, numbered in rows from the top.
+    /// Colour words. Inputs are pixels, in rows from the top.
     pub color: Tally,
-    /// Geometry words.
+    /// Geometry words. Inputs are pixels, in rows from the top.
     pub geometry: Tally,
     /// Largest difference of a linear colour channel.
     pub largest_color_difference: f32,
-    /// Pixels of which the surface class differs.
+    /// Number of pixels with different surface classes.
     pub class_pixels: usize,
-    /// Largest difference of the distance t where both hit, relative to t.
+    /// Largest relative difference of the distance t where both hit.
     pub largest_distance_difference: f32,
 }
 
 impl Agreement {
-    /// Whether something was compared and every word is the same.
+    /// Returns whether words were compared and none differs.
     pub fn is_exact(&self) -> bool {
         self.color.is_exact() && self.geometry.is_exact()
     }
 
-    /// Words compared.
+    /// Returns the number of words compared.
     pub fn words(&self) -> u64 {
         self.color.words + self.geometry.words
     }
 
-    /// Words that differ.
+    /// Returns the number of words that differ.
     pub fn different(&self) -> u64 {
         self.color.different + self.geometry.different
     }
 }
 
-/// Compares two renderings of the same frame, the GPU's first.
+/// Compares two renderings of a frame, the GPU's first.
 ///
 /// # Panics
 /// If their sizes differ.
@@ -88,7 +104,7 @@ pub fn compare(color: [&ColorWords; 2], geometry: [&GeometryWords; 2]) -> Agreem
     agreement
 }
 
-/// Place and surface of each pixel in turn.
+/// Returns place and surface of each pixel in turn.
 fn interleaved(geometry: &GeometryWords) -> Vec<u32> {
     let pixels = geometry.place.iter().zip(&geometry.surface);
     pixels
@@ -107,7 +123,7 @@ fn tally(gpu: &[u32], cpu: &[u32], words: usize) -> Tally {
     })
 }
 
-/// The larger number; a NaN counts as infinitely large, so that it is seen.
+/// Returns the larger number. A NaN in `b` counts as infinite.
 fn larger(a: f32, b: f32) -> f32 {
     if b.is_nan() { f32::INFINITY } else { a.max(b) }
 }

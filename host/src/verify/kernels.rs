@@ -1,5 +1,15 @@
-//! The functions of the shared mathematics that are compared one by one, and
-//! the values that scenes give them.
+//! Lists the functions of the shared mathematics that are compared one by one, and
+//! records their arguments in scenes.
+//!
+//! ```
+//! use relievo::verify::kernels::KERNELS;
+//! use relievo_bitwise::evaluate;
+//!
+//! let root = KERNELS.iter().find(|kernel| kernel.name == "root").unwrap();
+//! let mut words = [0];
+//! evaluate(root, &[4_f32.to_bits()], &mut words);
+//! assert_eq!(words, [2_f32.to_bits()]);
+//! ```
 
 use crate::prepare::PreparedScene;
 use crate::render::{CpuRenderer, RenderError, Renderer};
@@ -11,17 +21,17 @@ use relievo_shared::kernels::*;
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::{arithmetic, for_each_kernel, kernels};
 
-/// Every kernel, as the CPU runs it.
+/// Every kernel, with its CPU function.
 pub const KERNELS: &[Kernel] = for_each_kernel!(table);
 
-/// Width and height of the picture that values are recorded from.
+/// Width and height of the picture that values are recorded from, pixels.
 const SIZE: [u32; 2] = [160, 120];
 
-/// Adds the values that a small picture of `scene` is made of: rays, hits,
-/// corners of triangles, parameters.
+/// Records the values of a small picture of `scene`: rays, hits, corners of
+/// triangles, parameters.
 ///
 /// # Errors
-/// [`RenderError`] where the picture does not fit into memory.
+/// [`RenderError`] if the picture does not fit into memory.
 pub fn record(scene: &PreparedScene, recorded: &mut Recorded) -> Result<(), RenderError> {
     let mut frame = scene.frame;
     // The same view on a coarser grid.
@@ -68,7 +78,7 @@ pub fn record(scene: &PreparedScene, recorded: &mut Recorded) -> Result<(), Rend
         put(WIDTH, &[parameters.extension, parameters.bevel]);
         put(FRACTION, &[parameters.chamfer, parameters.specular]);
         put(FRACTION, &parameters.wall_color);
-        // A few thousand corners say enough.
+        // A few thousand corners are enough.
         let step = object.triangles.len().div_ceil(2000);
         for triangle in object.triangles.iter().step_by(step.max(1)) {
             for corner in &triangle.corners {
@@ -91,7 +101,7 @@ mod tests {
     use std::collections::BTreeSet;
 
     #[test]
-    fn kernels_have_names_of_their_own() {
+    fn kernels_have_unique_names() {
         let names: BTreeSet<&str> = KERNELS.iter().map(|kernel| kernel.name).collect();
         assert_eq!(names.len(), KERNELS.len());
         assert!(names.len() > 15);

@@ -1,13 +1,30 @@
-//! A scene in every tier with every technique.
+//! Varies a scene: every tier with every technique.
+//!
+//! ```
+//! use relievo::prepare::prepare;
+//! use relievo::scene::Scene;
+//! use relievo::verify::matrix::for_each_variant;
+//! use std::path::Path;
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let scene = Scene::load(Path::new("../assets/scenes/plane.toml"))?;
+//! let mut names = Vec::new();
+//! for_each_variant(&mut prepare(&scene, &|_| ())?, |_, name| {
+//!     names.push(name.to_string());
+//!     Ok::<_, std::convert::Infallible>(())
+//! })?;
+//! assert!(names.contains(&"fast, beveled".to_string()));
+//! # Ok(())
+//! # }
+//! ```
 
 use crate::prepare::PreparedScene;
 use crate::scene::Tier;
-use relievo_shared::layout::{
-    Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF,
-};
+use relievo_shared::layout::Object;
+use relievo_shared::shaders::search_of;
 
-/// A technique as it changes an object; lengths are width units.
-struct Technique {
+/// Parameters that a variant changes; lengths are in pattern widths.
+struct Variation {
     name: &'static str,
     extension: f32,
     bevel: f32,
@@ -17,7 +34,7 @@ struct Technique {
     self_shadow: bool,
 }
 
-const BASIC: Technique = Technique {
+const BASIC: Variation = Variation {
     name: "basic",
     extension: 0.0,
     bevel: 0.0,
@@ -27,37 +44,37 @@ const BASIC: Technique = Technique {
     self_shadow: false,
 };
 
-const TECHNIQUES: [Technique; 7] = [
+const VARIATIONS: [Variation; 7] = [
     BASIC,
-    Technique {
+    Variation {
         name: "outward",
         extension: 0.03,
         ..BASIC
     },
-    Technique {
+    Variation {
         name: "beveled",
         extension: 0.01,
         bevel: 0.06,
         ..BASIC
     },
-    Technique {
+    Variation {
         name: "chamfered",
         bevel: 0.08,
         chamfer: 0.5,
         ..BASIC
     },
-    Technique {
+    Variation {
         name: "relief",
         bevel: 0.05,
         relief: true,
         ..BASIC
     },
-    Technique {
+    Variation {
         name: "cut out",
         cut_out: true,
         ..BASIC
     },
-    Technique {
+    Variation {
         name: "self-shadowed",
         bevel: 0.08,
         chamfer: 0.5,
@@ -66,42 +83,37 @@ const TECHNIQUES: [Technique; 7] = [
     },
 ];
 
-/// Calls `visit` with the scene in every tier with every technique that the
-/// tier has, and with a name for each; then the scene is as it was.
+/// Calls `visit` with the scene in every tier with every technique of that tier, and
+/// with the variant's name, "tier, technique". Restores the scene afterwards.
 ///
 /// # Errors
-/// The first error of `visit`.
+/// The first error of `visit`, which ends the loop.
 pub fn for_each_variant<E>(
     scene: &mut PreparedScene,
     mut visit: impl FnMut(&PreparedScene, &str) -> Result<(), E>,
 ) -> Result<(), E> {
-    // Prisms are made for the depth, which stays.
+    // Prisms depend on the depth only, which no variant changes.
     scene.make_all_shells();
     let original: Vec<Object> = scene.objects.iter().map(|o| o.parameters).collect();
     let mut result = Ok(());
-    for technique in &TECHNIQUES {
+    for variation in &VARIATIONS {
         for tier in Tier::ALL {
-            // Relief mapping has the paths of the planar and the fast tier.
+            // Relief mapping exists for the paths of the planar and the fast tier.
             let has_relief = matches!(tier, Tier::Planar | Tier::Fast);
-            if result.is_err() || (technique.relief && !has_relief) {
+            if result.is_err() || (variation.relief && !has_relief) {
                 continue;
             }
             for object in &mut scene.objects {
                 let parameters = &mut object.parameters;
                 parameters.tier = tier.code();
-                parameters.extension = technique.extension;
-                parameters.bevel = technique.bevel;
-                parameters.chamfer = technique.chamfer;
-                parameters.cut_out = technique.cut_out.into();
-                parameters.self_shadow = technique.self_shadow.into();
-                parameters.search = match (technique.relief, tier) {
-                    (true, _) => SEARCH_RELIEF,
-                    (false, Tier::Paper) => SEARCH_PAPER,
-                    (false, Tier::Accurate) => SEARCH_PRISMS,
-                    (false, _) => SEARCH_EXTRUSION,
-                };
+                parameters.extension = variation.extension;
+                parameters.bevel = variation.bevel;
+                parameters.chamfer = variation.chamfer;
+                parameters.cut_out = variation.cut_out.into();
+                parameters.self_shadow = variation.self_shadow.into();
+                parameters.search = search_of(tier.code(), variation.relief);
             }
-            result = visit(scene, &format!("{}, {}", tier.name(), technique.name));
+            result = visit(scene, &format!("{}, {}", tier.name(), variation.name));
         }
     }
     for (object, parameters) in scene.objects.iter_mut().zip(original) {

@@ -1,10 +1,23 @@
-//! GPU words against CPU words: the same code must give the same.
+//! Compares the words of GPU and CPU, which must be equal for the exact shaders.
 //!
 //! ```text
 //! kernels    functions of the shared mathematics, one by one
-//! agreement  two pictures of one frame
+//! agreement  two renderings of a frame
 //! matrix     a scene in every tier with every technique
-//! report     what was compared, on which device, and what differs
+//! report     results per device
+//! ```
+//!
+//! ```
+//! use relievo::verify::{AdapterReport, ModuleReport, Report};
+//! use relievo::render::gpu::{Shaders, adapters};
+//!
+//! let mut report = Report::default();
+//! for adapter in adapters() {
+//!     let mut of_adapter = AdapterReport::new(&adapter, None);
+//!     of_adapter.modules.push(ModuleReport::new(Shaders::Exact));
+//!     report.adapters.push(of_adapter);
+//! }
+//! assert!(report.broken().is_empty());
 //! ```
 
 pub mod agreement;

@@ -1,4 +1,17 @@
-//! What was compared, on which device, and what differs.
+//! Reports the results of comparisons as text and JSON.
+//!
+//! ```
+//! use relievo::render::gpu::Shaders;
+//! use relievo::verify::ModuleReport;
+//! use relievo_bitwise::Tally;
+//!
+//! let mut tally = Tally::default();
+//! tally.add(0, &[7], &[1], &[2]);
+//! let mut report = ModuleReport::new(Shaders::Exact);
+//! report.add_kernel("root", &tally);
+//! assert_eq!((report.words, report.different), (1, 1));
+//! assert_eq!(report.kernels[0].found.first[0].place, "input 0, word 0");
+//! ```
 
 use super::agreement::{Agreement, COLOR_NAMES, GEOMETRY_NAMES};
 use crate::render::gpu::{Adapter, Shaders, Signature};
@@ -6,14 +19,14 @@ use relievo_bitwise::Tally;
 use serde::Serialize;
 use std::fmt;
 
-/// Everything that one run has compared.
+/// Results of one run.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct Report {
-    /// One for each adapter.
+    /// One report per adapter.
     pub adapters: Vec<AdapterReport>,
 }
 
-/// What was found on one adapter.
+/// Results on one adapter.
 #[derive(Clone, Debug, Serialize)]
 pub struct AdapterReport {
     /// The adapter's name.
@@ -22,72 +35,72 @@ pub struct AdapterReport {
     pub backend: String,
     /// The driver and its version.
     pub driver: String,
-    /// Whether it is a program on the CPU.
+    /// Whether it is a software driver, which runs on the CPU.
     pub software: bool,
-    /// What each canary told; none where the adapter takes no SPIR-V.
+    /// Results of the canaries; empty if the adapter takes no SPIR-V.
     pub canaries: Vec<CanaryReport>,
-    /// Whether it passes the canaries: the exact shaders are used.
+    /// Whether it passes the required canaries, so that the exact shaders are used.
     pub exact: bool,
-    /// One for each module.
+    /// One report per module.
     pub modules: Vec<ModuleReport>,
 }
 
-/// What a canary told.
+/// Result of a canary.
 #[derive(Clone, Debug, Serialize)]
 pub struct CanaryReport {
-    /// Its name.
+    /// Name of the canary.
     pub name: String,
     /// Whether an exact device must pass it.
     pub required: bool,
-    /// Words compared.
+    /// Number of words compared.
     pub words: u64,
-    /// Words that differ.
+    /// Number of words that differ.
     pub different: u64,
-    /// What the device does where words differ.
+    /// Meaning of a difference.
     pub tells: String,
 }
 
-/// What was found with one module.
+/// Results with one module.
 #[derive(Clone, Debug, Serialize)]
 pub struct ModuleReport {
-    /// Which one: exact, fast or portable shaders.
+    /// Name: exact, fast or portable shaders.
     pub shaders: String,
     /// Whether it promises the CPU's words.
     pub promises: bool,
-    /// Words compared, of kernels and pictures.
+    /// Number of words compared, of kernels and pictures.
     pub words: u64,
-    /// Words that differ.
+    /// Number of words that differ.
     pub different: u64,
-    /// The functions compared one by one.
+    /// Functions compared one by one.
     pub kernels: Vec<KernelReport>,
-    /// The pictures compared.
+    /// Pictures compared.
     pub pictures: Vec<PictureReport>,
 }
 
-/// What was found of one function.
+/// Result for one function.
 #[derive(Clone, Debug, Serialize)]
 pub struct KernelReport {
-    /// Its name.
+    /// Name of the function.
     pub name: String,
-    /// What was found.
+    /// Differences.
     #[serde(flatten)]
     pub found: Counts,
 }
 
-/// What was found of one picture.
+/// Result for one picture.
 #[derive(Clone, Debug, Serialize)]
 pub struct PictureReport {
-    /// The scene, and the variant of it.
+    /// Scene and variant.
     pub scene: String,
     /// Width and height, pixels.
     pub size: [u32; 2],
-    /// Pixels of which the colour differs.
+    /// Number of pixels with different colours.
     pub color_pixels: u64,
-    /// Pixels of which the class differs.
+    /// Number of pixels with different surface classes.
     pub class_pixels: u64,
     /// Largest difference of a linear colour channel.
     pub largest_color_difference: f32,
-    /// Largest difference of t, relative to it.
+    /// Largest relative difference of the distance t.
     pub largest_distance_difference: f32,
     /// Colour words.
     pub color: Counts,
@@ -95,38 +108,38 @@ pub struct PictureReport {
     pub geometry: Counts,
 }
 
-/// Words, and how they differ.
+/// Counts of words and their differences.
 #[derive(Clone, Debug, Serialize)]
 pub struct Counts {
-    /// Words compared.
+    /// Number of words compared.
     pub words: u64,
-    /// Words that differ.
+    /// Number of words that differ.
     pub different: u64,
-    /// Classes of distances between words: the largest distance of each, ULP
-    /// (0, 1, 2, 4, 8, …), and how many words.
+    /// Histogram of distances: largest distance of each class in ULPs (0, 1, 2, 4,
+    /// 8, …) and number of words.
     pub ulp: Vec<(u64, u64)>,
-    /// Words of which one side is a NaN.
+    /// Number of words with a NaN on one side.
     pub nan: u64,
-    /// The first few that differ.
+    /// The first few differences.
     pub first: Vec<FirstDifference>,
 }
 
 /// A word that differs.
 #[derive(Clone, Debug, Serialize)]
 pub struct FirstDifference {
-    /// Of what: a pixel's "(x, y) red", or "input 17, word 2".
+    /// Place of the word: "(x, y) red" for a pixel, or "input 17, word 2".
     pub place: String,
-    /// The function's arguments as words; none for a pixel.
+    /// Arguments of the function as words; empty for a pixel.
     pub input: Vec<String>,
     /// The GPU's word.
     pub gpu: String,
-    /// The CPU's.
+    /// The CPU's word.
     pub cpu: String,
-    /// Their distance, ULP; none where one is a NaN.
+    /// Distance in ULPs; `None` if one is a NaN.
     pub ulp: Option<u64>,
 }
 
-/// A word as bits and as a number.
+/// Formats a word as bits and as a number.
 fn show(word: u32) -> String {
     format!("{word:08x} = {:e}", f32::from_bits(word))
 }
@@ -154,8 +167,8 @@ impl Counts {
 }
 
 impl AdapterReport {
-    /// Of an adapter with nothing compared yet; `None` is the signature of one
-    /// that takes no SPIR-V.
+    /// Makes a report without modules. `signature` is `None` for an adapter that takes
+    /// no SPIR-V.
     pub fn new(adapter: &Adapter, signature: Option<&Signature>) -> AdapterReport {
         let info = adapter.info();
         let told = signature.map_or(&[][..], |signature| &signature.told);
@@ -181,7 +194,7 @@ impl AdapterReport {
 }
 
 impl ModuleReport {
-    /// Of a module with nothing compared yet.
+    /// Makes a report without results.
     pub fn new(shaders: Shaders) -> ModuleReport {
         ModuleReport {
             shaders: shaders.describe().to_string(),
@@ -193,7 +206,7 @@ impl ModuleReport {
         }
     }
 
-    /// Adds a function.
+    /// Adds the result for a function.
     pub fn add_kernel(&mut self, name: &str, tally: &Tally) {
         self.words += tally.words;
         self.different += tally.different;
@@ -203,7 +216,7 @@ impl ModuleReport {
         });
     }
 
-    /// Adds a picture.
+    /// Adds the result for a picture.
     pub fn add_picture(&mut self, scene: String, agreement: &Agreement) {
         self.words += agreement.words();
         self.different += agreement.different();
@@ -227,7 +240,7 @@ impl ModuleReport {
 }
 
 impl Report {
-    /// Adapters whose exact shaders do not give the CPU's words.
+    /// Returns the names of adapters whose exact shaders do not give the CPU's words.
     pub fn broken(&self) -> Vec<&str> {
         self.adapters
             .iter()
@@ -343,7 +356,7 @@ mod tests {
     use crate::verify::compare;
 
     #[test]
-    fn what_differs_is_shown_with_its_place_and_distance() {
+    fn differences_are_shown_with_place_and_distance() {
         let one = 1f32.to_bits();
         let cpu = ColorWords {
             width: 2,

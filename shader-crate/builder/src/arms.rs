@@ -1,11 +1,9 @@
-//! Empty arms of selections become edges.
+//! Replaces empty arms of selections by edges.
 //!
-//! rust-gpu gives every `if` two arms, though one mostly does nothing but
-//! branch on. Such a diamond is as good as the triangle without that arm, but
-//! not to every driver: SwiftShader looks for the back edges of a loop with a
-//! search that visits what follows a diamond twice, and so 2ⁿ times after n of
-//! them. It took 8 minutes and 19 GB over a shader whose triangles take it
-//! half a second.
+//! rust-gpu gives every `if` two arms, one of which is mostly empty. SwiftShader finds the
+//! back edges of a loop with a search that visits everything after such a diamond twice,
+//! and so 2ⁿ times after n diamonds: 8 minutes and 19 GB for a shader that takes half a
+//! second without the empty arms.
 
 use crate::words::{HEADER, Instruction, instructions};
 use anyhow::Result;
@@ -21,14 +19,14 @@ mod op {
     pub const SWITCH: u32 = 251;
 }
 
-/// A selection of which one arm is to go.
+/// A selection with an arm to remove.
 struct Selection {
     /// The block that selects.
     head: u32,
     merge: u32,
 }
 
-/// Label of the block of each instruction; 0 outside of functions.
+/// Returns the label of the block of each instruction; 0 outside functions.
 fn blocks(all: &[Instruction<'_>]) -> Vec<u32> {
     let mut block = 0;
     all.iter()
@@ -41,8 +39,8 @@ fn blocks(all: &[Instruction<'_>]) -> Vec<u32> {
         .collect()
 }
 
-/// Where the blocks that only branch go, without those that something else
-/// than a branch names.
+/// Returns the targets of the blocks that only branch, without blocks that anything but a
+/// branch refers to.
 fn empty_blocks(all: &[Instruction<'_>]) -> BTreeMap<u32, u32> {
     let mut empty: BTreeMap<u32, u32> = all
         .windows(2)
@@ -53,7 +51,7 @@ fn empty_blocks(all: &[Instruction<'_>]) -> BTreeMap<u32, u32> {
         let named = match instruction.opcode {
             op::SELECTION_MERGE => &instruction.words[1..2],
             op::LOOP_MERGE => &instruction.words[1..3],
-            // Constants of cases among them: one block less to go.
+            // The constants of cases, too: at worst one block less is removed.
             op::BRANCH | op::SWITCH => &instruction.words[1..],
             _ => &[],
         };
@@ -64,7 +62,7 @@ fn empty_blocks(all: &[Instruction<'_>]) -> BTreeMap<u32, u32> {
     empty
 }
 
-/// The arms that can go, and whose they are.
+/// Returns the arms to remove, with their selections.
 fn spare_arms(all: &[Instruction<'_>], blocks: &[u32]) -> BTreeMap<u32, Selection> {
     let empty = empty_blocks(all);
     let mut spare = BTreeMap::new();
@@ -75,7 +73,7 @@ fn spare_arms(all: &[Instruction<'_>], blocks: &[u32]) -> BTreeMap<u32, Selectio
         }
         let merge = merge.words[1];
         let arms = [branch.words[2], branch.words[3]];
-        // One edge to the merge is one in its φs.
+        // Two edges to the merge would be one in its φs.
         if arms[0] == arms[1] || arms.contains(&merge) {
             continue;
         }
@@ -86,7 +84,7 @@ fn spare_arms(all: &[Instruction<'_>], blocks: &[u32]) -> BTreeMap<u32, Selectio
     spare
 }
 
-/// `module` without the arms of selections that are empty.
+/// Returns `module` without the empty arms of selections.
 pub fn remove_empty(module: &[u32]) -> Result<Vec<u32>> {
     let all = instructions(module)?;
     let blocks = blocks(&all);
@@ -107,7 +105,7 @@ pub fn remove_empty(module: &[u32]) -> Result<Vec<u32>> {
                     }
                 }
             }
-            // Pairs of a value and the block that it comes from.
+            // Pairs of a value and its predecessor block.
             op::PHI => {
                 for parent in words[3..].iter_mut().skip(1).step_by(2) {
                     if let Some(selection) = spare.get(parent) {

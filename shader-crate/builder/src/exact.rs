@@ -1,10 +1,8 @@
-//! The exact module: every device that keeps IEEE rounding gives the words that
-//! the CPU gives.
+//! The exact module, which gives the CPU's words on every device with IEEE rounding.
 //!
-//! rust-gpu emits no `NoContraction`, and its own run of spirv-opt rewrites
-//! floats. So: compile without spirv-opt, decorate every float operation, only
-//! then optimise, and check that nothing undecorated or unknown is
-//! left.
+//! rust-gpu emits no `NoContraction`, and its own run of spirv-opt rewrites float
+//! operations. So this compiles without spirv-opt, decorates every float operation,
+//! optimises then, and checks that no undecorated or unknown operation is left.
 
 use anyhow::{Result, bail};
 use spirv_tools::opt::{self, Optimizer};
@@ -28,8 +26,8 @@ mod op {
 /// `SpvDecorationNoContraction`.
 const NO_CONTRACTION: u32 = 42;
 
-/// Float arithmetic that the exact module may hold. Others (FRem, Dot, matrix
-/// products) are not rounded alike everywhere.
+/// Float operations allowed in the exact module. Rounding of others (FRem, Dot, matrix
+/// products) differs between devices.
 const ARITHMETIC: [u32; 6] = [
     op::F_NEGATE,
     op::F_ADD,
@@ -39,12 +37,12 @@ const ARITHMETIC: [u32; 6] = [
     op::VECTOR_TIMES_SCALAR,
 ];
 
-/// Extended instructions that the exact module may hold: Sqrt.
+/// Extended instructions allowed in the exact module: Sqrt.
 const EXTENDED: [u32; 1] = [31];
 
-/// Opcodes that the exact module may hold beside [`ARITHMETIC`] and
-/// [`op::EXT_INST`]: structure, integers, comparisons, control flow, and
-/// conversions between i32 or u32 and f32.
+/// Opcodes allowed in the exact module beside [`ARITHMETIC`] and [`op::EXT_INST`]:
+/// structure, integers, comparisons, control flow, and conversions between i32 or u32
+/// and f32.
 const OTHER: &[u32] = &[
     1, // Undef
     3, 5, 6, // Source, Name, MemberName
@@ -67,7 +65,7 @@ const OTHER: &[u32] = &[
     245, 246, 247, 248, 249, 250, 251, 252, 253, 254, 255, // control flow
 ];
 
-/// Ids of the types whose components are floats.
+/// Returns the ids of the types whose components are floats.
 fn float_types(instructions: &[Instruction<'_>]) -> BTreeSet<u32> {
     let mut floats = BTreeSet::new();
     for instruction in instructions {
@@ -84,7 +82,7 @@ fn float_types(instructions: &[Instruction<'_>]) -> BTreeSet<u32> {
     floats
 }
 
-/// Result ids of every operation that rounds.
+/// Returns the result ids of all operations that round.
 fn rounding_results(instructions: &[Instruction<'_>]) -> Vec<u32> {
     let floats = float_types(instructions);
     instructions
@@ -97,7 +95,7 @@ fn rounding_results(instructions: &[Instruction<'_>]) -> Vec<u32> {
         .collect()
 }
 
-/// `module` with `NoContraction` on every operation that rounds.
+/// Returns `module` with `NoContraction` on every operation that rounds.
 pub fn decorate(module: &[u32]) -> Result<Vec<u32>> {
     let all = instructions(module)?;
     let decorations: Vec<u32> = rounding_results(&all)
@@ -119,7 +117,7 @@ pub fn decorate(module: &[u32]) -> Result<Vec<u32>> {
     Ok(decorated)
 }
 
-/// spirv-opt's performance passes, as rust-gpu runs them.
+/// Runs spirv-opt's performance passes, as rust-gpu does.
 pub fn optimize(module: &[u32]) -> Result<Vec<u32>> {
     let mut optimizer = opt::create(Some(TARGET));
     optimizer
@@ -134,7 +132,7 @@ pub fn optimize(module: &[u32]) -> Result<Vec<u32>> {
     Ok(binary.as_words().to_vec())
 }
 
-/// Fails where an operation that rounds is undecorated, or an opcode unknown.
+/// Checks that every operation that rounds is decorated, and that every opcode is allowed.
 pub fn check(module: &[u32]) -> Result<()> {
     let all = instructions(module)?;
     let decorated: BTreeSet<u32> = all
@@ -166,7 +164,7 @@ pub fn check(module: &[u32]) -> Result<()> {
     Ok(())
 }
 
-/// Makes the exact module of what rust-gpu gives without spirv-opt.
+/// Makes the exact module from the output of rust-gpu without spirv-opt.
 pub fn make(unoptimized: &[u32]) -> Result<Vec<u32>> {
     let module = optimize(&decorate(unoptimized)?)?;
     check(&module)?;

@@ -5,8 +5,8 @@
 //! cargo +nightly-2026-08-15 run --release --manifest-path shader-crate/builder/Cargo.toml
 //! ```
 //!
-//! With `-- --check` it writes nothing and fails where the committed files are
-//! not, byte for byte, what the sources give.
+//! With `-- --check` it writes nothing, and fails if the committed files differ from the
+//! output.
 
 mod arms;
 mod exact;
@@ -22,7 +22,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// The nightly that rust-gpu 0.11.0 is a backend of; also in `rust-toolchain.toml`.
+/// The nightly that rust-gpu 0.11.0 is a backend of; as in `rust-toolchain.toml`.
 const NIGHTLY: &str = "nightly-2026-08-15";
 const RUST_GPU: &str = "0.11.0";
 const TARGET: &str = "spirv-unknown-vulkan1.1";
@@ -44,7 +44,7 @@ const CRATES: [Shaders; 2] = [
 struct Shaders {
     folder: &'static str,
     what: &'static str,
-    /// What the modules' names begin with.
+    /// Prefix of the folders of its modules.
     name: &'static str,
 }
 
@@ -91,7 +91,7 @@ fn main() -> Result<()> {
     Ok(())
 }
 
-/// Every file of the shader folder, by name.
+/// Compiles every file of the shader folder, by name.
 fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut files = BTreeMap::new();
     let mut modules = BTreeMap::new();
@@ -150,12 +150,12 @@ impl Variant {
         }
     }
 
-    /// How it is made.
+    /// Describes how it is made.
     fn describe(self) -> &'static str {
         match self {
             // For any backend, through naga too.
             Variant::Fast => "optimised freely by spirv-opt",
-            // Gives the CPU's words; reaches the driver untouched.
+            // Gives the CPU's words; passed to the driver untouched.
             Variant::Exact => {
                 "division and square root corrected, every float operation NoContraction, then optimised; opcodes from an allow-list"
             }
@@ -163,7 +163,7 @@ impl Variant {
     }
 }
 
-/// Compiles a shader crate; gives the words of a module for each entry point:
+/// Compiles a shader crate; returns the words of one module for each entry point, since
 /// drivers read the whole module for every pipeline.
 fn run_rust_gpu(
     root: &Path,
@@ -202,7 +202,7 @@ fn run_rust_gpu(
     Ok(modules)
 }
 
-/// Removes the modules of entry points that are no more.
+/// Removes the modules of entry points that no longer exist.
 fn remove_others(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<()> {
     let made: BTreeSet<PathBuf> = files.keys().map(|name| folder.join(name)).collect();
     let folders: BTreeSet<&Path> = made.iter().filter_map(|path| path.parent()).collect();
@@ -232,7 +232,7 @@ fn rustc_version() -> Result<String> {
     Ok(String::from_utf8(output.stdout)?.trim().to_string())
 }
 
-/// Writes beside `path` and renames, so that no reader sees half a file.
+/// Writes beside `path` and renames, so that readers never see a partial file.
 fn write_whole(path: &PathBuf, bytes: &[u8]) -> Result<()> {
     let folder = path.parent().context("a file has a folder")?;
     let mut file = tempfile::NamedTempFile::new_in(folder)?;

@@ -1,4 +1,4 @@
-//! SPIR-V as words: what the passes over it share.
+//! SPIR-V as words, for the passes over modules.
 
 use anyhow::{Context, Result};
 use spirv_tools::TargetEnv;
@@ -15,7 +15,7 @@ pub struct Instruction<'a> {
     pub words: &'a [u32],
 }
 
-/// The instructions of `module`, in their order.
+/// Returns the instructions of `module`, in order.
 pub fn instructions(module: &[u32]) -> Result<Vec<Instruction<'_>>> {
     let mut found = Vec::new();
     let mut at = HEADER;
@@ -33,7 +33,7 @@ pub fn instructions(module: &[u32]) -> Result<Vec<Instruction<'_>>> {
     Ok(found)
 }
 
-/// Fails where the module is not valid SPIR-V for the target.
+/// Checks that the module is valid SPIR-V for the target.
 pub fn validate(module: &[u32]) -> Result<()> {
     val::create(Some(TARGET))
         .validate(module, None)

@@ -1,6 +1,6 @@
 //! A compute shader for each canary of `relievo_kernel` and each kernel of
-//! `relievo_shared`. Bindings of group 0: 0 the words of the arguments, 1 the
-//! words of the results.
+//! `relievo_shared`. Bindings of group 0: 0 words of the arguments, 1 words of the
+//! results.
 #![cfg_attr(target_arch = "spirv", no_std)]
 
 use relievo_kernel::{Sink, Source, canary, entry_points, for_each_canary};

@@ -1,19 +1,19 @@
-//! Small operations of which every result is known: a device's signature.
+//! Small operations with known results: together a device's signature.
 //!
-//! Exact modules rely on some of them. The others are left to the device by
-//! Vulkan; they tell devices apart.
+//! Exact modules rely on some of them. Vulkan leaves the others to the device; they
+//! tell devices apart.
 
 use crate::{Domain, Kind};
 use glam::Vec3;
 
-/// What a canary's words that differ from the CPU's mean.
+/// Meaning of a difference between the words of device and CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Meaning {
-    /// The canary.
+    /// Name of the canary.
     pub name: &'static str,
     /// Whether a device must pass it to be exact.
     pub required: bool,
-    /// What the device does otherwise.
+    /// Behaviour of a device that differs.
     pub tells: &'static str,
 }
 
@@ -25,7 +25,7 @@ const fn meaning(name: &'static str, required: bool, tells: &'static str) -> Mea
     }
 }
 
-/// What each canary tells, in the order of the list.
+/// The meaning of each canary, in the order of the list.
 pub const MEANINGS: [Meaning; 11] = [
     meaning("multiply_add", true, "a b + c is fused"),
     meaning("dot3", true, "a dot product is fused or reordered"),
@@ -44,7 +44,7 @@ pub const MEANINGS: [Meaning; 11] = [
     meaning("negative_zero", false, "zero loses its sign"),
 ];
 
-/// Numbers near each other, so that sums round.
+/// Numbers of similar size, so that sums round.
 pub const NUMBER: Domain = Domain::new(
     "canary number",
     Kind::NonZero {
@@ -68,7 +68,7 @@ pub const TRUNCATED: Domain = Domain::new(
         high: 16_777_216.0,
     },
 );
-/// Numbers of which the half is denormal.
+/// Numbers whose half is denormal.
 pub const TINY: Domain = Domain::new(
     "canary tiny number",
     Kind::NonZero {

@@ -1,5 +1,4 @@
-//! Functions that must give the same words on GPU and CPU: a line each,
-//! compiled for both.
+//! Lists of functions that must give the same words on GPU and CPU, compiled for both.
 //!
 //! A project lists its functions once, in a macro that takes another macro:
 //!
@@ -22,49 +21,47 @@
 //! assert_eq!(TABLE[0].name, "half");
 //! ```
 //!
-//! An argument is a type that implements [`FromWords`] and the [`Domain`] it
-//! is drawn from; a result implements [`ToWords`].
+//! An argument has a type that implements [`FromWords`] and the [`Domain`] of its values;
+//! a result implements [`ToWords`].
 //!
-//! Its shader crate says `for_each_kernel!(entry_points);` and
-//! has a compute shader for each. Its tests say
-//! `const TABLE: &[Kernel] = for_each_kernel!(table);` and have
-//! the same functions for the CPU, with what is known of their arguments.
-//! `relievo-bitwise` generates arguments, runs both and counts the words that
-//! differ. Arguments and results travel as u32 words in storage buffers, so
-//! that nothing is rounded, filtered or interpolated on the way.
+//! In the shader crate, `for_each_kernel!(entry_points);` makes a compute shader of each
+//! function. In tests, `for_each_kernel!(table)` is the list of the same functions for
+//! the CPU, with their arguments. `relievo-bitwise` generates arguments, runs both and
+//! counts the words that differ. Arguments and results are u32 words in storage buffers,
+//! so that nothing is rounded, filtered or interpolated on the way.
 #![no_std]
 #![forbid(unsafe_code)]
 
 use glam::{Vec2, Vec3};
 
-/// Invocations of a compute shader's workgroup; inputs come in multiples of it.
+/// Invocations in a compute shader's workgroup; the number of inputs is a multiple of it.
 pub const WORKGROUP: u32 = 64;
 
-/// Where the words of arguments come from.
+/// Source of the words of arguments.
 pub trait Source {
-    /// The next word.
+    /// Returns the next word.
     fn next(&mut self) -> u32;
 }
 
-/// Where the words of results go.
+/// Sink of the words of results.
 pub trait Sink {
-    /// Puts the next word.
+    /// Writes the next word.
     fn put(&mut self, word: u32);
 }
 
-/// What can be an argument.
+/// Types of arguments.
 pub trait FromWords: Sized {
-    /// How many words it takes.
+    /// Number of words.
     const WORDS: u32;
-    /// Takes the value from a source.
+    /// Reads the value from a source.
     fn read<S: Source>(source: &mut S) -> Self;
 }
 
-/// What can be a result.
+/// Types of results.
 pub trait ToWords {
-    /// How many words it gives.
+    /// Number of words.
     const WORDS: u32;
-    /// Gives the value to a sink.
+    /// Writes the value to a sink.
     fn write<S: Sink>(self, sink: &mut S);
 }
 
@@ -93,7 +90,7 @@ macro_rules! number {
 
 number!(u32, word => word, value => value);
 number!(i32, word => word as i32, value => value as u32);
-// The sign of zero is nothing that may be observed, so both zeros are one.
+// The sign of zero may not be observed: −0 is normalised to +0.
 number!(f32, word => f32::from_bits(word), value => if value == 0.0 { 0 } else { value.to_bits() });
 number!(bool, word => word != 0, value => if value { 1 } else { 0 });
 
@@ -139,21 +136,21 @@ tuple!(A: 0, B: 1);
 tuple!(A: 0, B: 1, C: 2);
 tuple!(A: 0, B: 1, C: 2, D: 3);
 
-/// What an argument may be: every scalar of it, unless the kind says otherwise.
+/// Values of an argument: of each of its scalars, unless the kind says otherwise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Domain {
-    /// What the number means; values recorded under this name are tried too.
+    /// Meaning of the number; values recorded under this name are tried, too.
     pub name: &'static str,
-    /// Which values it takes.
+    /// The values.
     pub kind: Kind,
 }
 
-/// Which values an argument takes.
+/// A set of values.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// Zero, or of either sign and of a magnitude in `low..=high`, 0 < low.
     Magnitude {
-        /// The smallest magnitude that is not zero.
+        /// Smallest magnitude that is not zero.
         low: f32,
         /// The largest.
         high: f32,
@@ -186,7 +183,7 @@ pub enum Kind {
 }
 
 impl Domain {
-    /// A domain of that name and kind.
+    /// Returns a domain.
     pub const fn new(name: &'static str, kind: Kind) -> Domain {
         Domain { name, kind }
     }
@@ -195,16 +192,16 @@ impl Domain {
 /// One argument of a kernel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Argument {
-    /// Words that it takes.
+    /// Number of its words.
     pub words: u32,
-    /// What it may be.
+    /// Its values.
     pub domain: Domain,
 }
 
-/// A function as the CPU runs it; the compute shader of that name is the same.
+/// A function for the CPU; the compute shader of the same name is the same function.
 #[derive(Clone, Copy, Debug)]
 pub struct Kernel {
-    /// Its name, and its entry point's.
+    /// Name, also of the entry point.
     pub name: &'static str,
     /// Its arguments in their order.
     pub arguments: &'static [Argument],
@@ -212,8 +209,8 @@ pub struct Kernel {
     pub input_words: u32,
     /// Words of the result.
     pub output_words: u32,
-    /// Runs it on every group of `input_words` words of the first slice, and
-    /// puts `output_words` words each into the second.
+    /// Runs it on every group of `input_words` words of the first slice, and writes
+    /// `output_words` words each to the second.
     pub run: fn(&[u32], &mut [u32]),
 }
 
@@ -237,7 +234,7 @@ impl Sink for Writer<'_> {
     }
 }
 
-/// The CPU's side of a list of kernels: an expression, a `&[Kernel]`.
+/// Makes a `&[Kernel]` of a list of kernels, for the CPU.
 #[macro_export]
 macro_rules! table {
     ($($(#[$doc:meta])* $name:ident($($value:ty: $domain:expr),* $(,)?) -> $result:ty = $function:expr;)*) => {
@@ -267,9 +264,9 @@ macro_rules! table {
     };
 }
 
-/// The GPU's side of a list of kernels: a compute shader each. The crate that
-/// uses it has rust-gpu's `spirv` and `UVec3` in scope, and `Input` and
-/// `Output`, its storage buffers with an offset as [`Source`] and [`Sink`].
+/// Makes a compute shader of each kernel of a list. The caller has rust-gpu's `spirv` and
+/// `UVec3` in scope, and `Input` and `Output`: storage buffers with an offset as
+/// [`Source`] and [`Sink`].
 #[macro_export]
 macro_rules! entry_points {
     ($($(#[$doc:meta])* $name:ident($($value:ty: $domain:expr),* $(,)?) -> $result:ty = $function:expr;)*) => {
@@ -292,9 +289,8 @@ macro_rules! entry_points {
     };
 }
 
-/// Calls the macro `$with` with every canary: operations that tell whether a
-/// device keeps what exact modules rely on, and what else it does. Whoever
-/// calls it has [`canary`] in scope.
+/// Calls the macro `$with` with every canary: operations that tell whether a device has the
+/// properties that exact modules rely on, and others. Callers have [`canary`] in scope.
 #[macro_export]
 macro_rules! for_each_canary {
     ($with:ident) => {

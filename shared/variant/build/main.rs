@@ -1,9 +1,10 @@
-//! Writes the files of `shared/src` into one file, twice: with the target's
-//! own division and root (`native`), and with those of the exact shaders
-//! (`corrected`); every float operation is a call of `crate::operations`.
+//! Copies the files of `shared/src` into one file, twice: with the target's own division
+//! and square root (`native`), and with those of the exact shaders (`corrected`). Every
+//! float operation becomes a call of `crate::operations`.
 
 mod rewriter;
 
+use proc_macro2::TokenStream;
 use quote::{format_ident, quote};
 use rewriter::Rewriter;
 use std::error::Error;
@@ -11,8 +12,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use syn::visit_mut::VisitMut;
 
-/// A list of functions for shaders, which needs crates that this one has no use for.
-const SKIPPED: &str = "kernels";
+/// Lists for shaders, which are macros or need other crates.
+const SKIPPED: [&str; 2] = ["kernels", "shaders"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sources = Path::new(&std::env::var("CARGO_MANIFEST_DIR")?).join("../src");
@@ -25,36 +26,53 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-/// All modules of `sources` as the module `name`.
+/// Returns all modules of `sources` as the module `name`.
 fn tree(sources: &Path, name: &str, corrected: bool) -> Result<String, Box<dyn Error>> {
-    let mut items = Vec::new();
-    for item in rewritten(sources, "lib.rs", name, corrected)?.items {
-        match item {
-            syn::Item::Mod(module) if module.content.is_none() => {
-                if module.ident == SKIPPED {
-                    continue;
-                }
-                let file = format!("{}.rs", module.ident);
-                let content = rewritten(sources, &file, name, corrected)?.items;
-                let syn::ItemMod {
-                    attrs, vis, ident, ..
-                } = module;
-                items.push(quote! { #(#attrs)* #vis mod #ident { #(#content)* } });
-            }
-            item => items.push(quote! { #item }),
-        }
-    }
+    let items = items(sources, "lib.rs", "", name, corrected)?;
     let doc = format!("The modules of relievo-shared, rewritten: the tree `{name}`.");
     let name = format_ident!("{name}");
     Ok(quote! {
         #[doc = #doc]
         #[allow(missing_docs, unused_parens, clippy::all)]
-        pub mod #name { #(#items)* }
+        pub mod #name { #items }
     }
     .to_string())
 }
 
-/// One file of `sources`, rewritten.
+/// Returns the items of `file`, with its modules, which lie in `folder`, inline.
+/// Both are relative to `sources`.
+fn items(
+    sources: &Path,
+    file: &str,
+    folder: &str,
+    tree: &str,
+    corrected: bool,
+) -> Result<TokenStream, Box<dyn Error>> {
+    let mut items = TokenStream::new();
+    for item in rewritten(sources, file, tree, corrected)?.items {
+        match item {
+            syn::Item::Mod(module) if module.content.is_none() => {
+                if SKIPPED.iter().any(|name| module.ident == name) {
+                    continue;
+                }
+                let below = format!("{folder}{}", module.ident);
+                let mut file = format!("{below}.rs");
+                if !sources.join(&file).exists() {
+                    file = format!("{below}/mod.rs");
+                }
+                let content = self::items(sources, &file, &format!("{below}/"), tree, corrected)?;
+                let syn::ItemMod {
+                    attrs, vis, ident, ..
+                } = module;
+                items.extend(quote! { #(#attrs)* #vis mod #ident { #content } });
+            }
+            item => items.extend(quote! { #item }),
+        }
+    }
+    Ok(items)
+}
+
+/// Returns one file of `sources`, rewritten.
 fn rewritten(
     sources: &Path,
     file: &str,

@@ -1,25 +1,25 @@
-//! What the exported shaders read, and what a pipeline for them is made of.
-//! Made by `relievo export`; needs the crates `bytemuck` (with `derive`) and `wgpu`.
+//! The structs that the exported shaders read, and constants for a pipeline.
+//! Written by `relievo export`; needs the crates `bytemuck` (with `derive`) and `wgpu`.
 #![allow(dead_code)]
 
-/// The vertex shader's entry point (in GLSL: main).
+/// Entry point of the vertex shader (in GLSL: main).
 pub const VERTEX: &str = "vs_main";
-/// The fragment shader's entry point (in GLSL: main).
+/// Entry point of the fragment shader (in GLSL: main).
 pub const FRAGMENT: &str = "fs_main";
-/// Vertices that are drawn for each facet, without vertex or index buffers.
+/// Number of vertices to draw per facet, without vertex or index buffers.
 pub const VERTICES_PER_FACET: u32 = 6;
-/// The depth: `Greater`, cleared to 0, written by the fragment shader.
+/// Format of the depth buffer: compare `Greater`, clear to 0, written by the fragment shader.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
-/// A target that holds all that the fragment shader writes.
+/// Format of a target that keeps the fragment shader's output exactly.
 pub const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-/// Files with the buffers of group 0, in the order of their bindings.
+/// Files with the contents of the buffers of group 0, in the order of their bindings.
 pub const BUFFERS: [&str; 4] = ["frame.bin", "object.bin", "facets.bin", "map.bin"];
 
 /// The camera, the picture and the light of one frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Frame {
-    /// The eye, relative to the scene's origin. In object units.
+    /// Position of the eye, relative to the scene's origin. In object units.
     pub eye: [f32; 3],
     /// Distance of the near plane along `forward`, > 0. In object units.
     pub near: f32,
@@ -27,125 +27,125 @@ pub struct Frame {
     pub right: [f32; 3],
     /// Unit vector to the top of the picture, divided by tan(half the vertical field of view).
     pub up: [f32; 3],
-    /// Unit vector from the eye into the picture's centre.
+    /// Unit vector along the view direction, through the picture's centre.
     pub forward: [f32; 3],
-    /// Direction (not normalised) through the centre of pixel (0, 0), the top left one.
+    /// Direction (not normalised) of the ray through the centre of the top left pixel (0, 0).
     pub ray_first: [f32; 3],
-    /// Change of that direction from one pixel to the next on its right.
+    /// Change of that direction per pixel to the right.
     pub ray_right: [f32; 3],
-    /// Change of that direction from one pixel to the next below.
+    /// Change of that direction per pixel down.
     pub ray_down: [f32; 3],
     /// Unit vector towards the light.
     pub light_direction: [f32; 3],
-    /// The light. In linear RGB.
+    /// Colour of the light times its intensity. In linear RGB.
     pub light_color: [f32; 3],
-    /// The ambient light. In linear RGB.
+    /// Colour of the ambient light. In linear RGB.
     pub ambient: [f32; 3],
-    /// Width and height of the picture, whole numbers. In pixels.
+    /// Width and height of the picture, integers. In pixels.
     pub size: [f32; 2],
 }
 
-/// Everything about one object that is not its surface or its texels.
+/// Parameters of one object.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Object {
-    /// Width and height of the shape map, whole numbers. In texels.
+    /// Width and height of the shape map, integers. In texels.
     pub map_size: [f32; 2],
-    /// Distance of one step of a stored code. In texels.
+    /// Change of distance per step of a stored code. In texels.
     pub map_step: f32,
-    /// The largest amount by which a stored distance may lie under the true one. In texels.
+    /// Largest amount by which a stored distance may be less than the true one. In texels.
     pub map_quantum: f32,
-    /// Half the span of the differences that make the map's gradient, > 0. In texels.
+    /// Half the span of the finite differences for the map's gradient, > 0. In texels.
     pub map_reach: f32,
-    /// From the surface to the floor, > 0. In object units.
+    /// Distance from the surface to the floor, > 0. In object units.
     pub depth: f32,
-    /// By how much the pattern grows outward. In widths.
+    /// Outward offset of the pattern. In widths.
     pub extension: f32,
-    /// Growth of the pattern per unit of depth fraction. In widths.
+    /// Growth of the pattern's offset per unit of depth fraction. In widths.
     pub bevel: f32,
     /// Depth fraction at which the growth stops, 0 to 1.
     pub chamfer: f32,
     /// Strength of the specular reflection, 0 to 1.
     pub specular: f32,
-    /// How far beside its place a ray may be searched in the accurate tier. In pixels.
+    /// Largest deviation from the ray at which the accurate tier may search. In pixels.
     pub tolerance: f32,
-    /// How far before the solid a search may end, at distance 1 from the eye; made for the width of a pixel of the exported picture. In texels.
+    /// Distance before the solid at which a search may end, per unit of distance from the eye; depends on the pixel width of the exported picture. In texels.
     pub slack: f32,
-    /// The cap (the mesh's surface). In linear RGB.
+    /// Colour of the cap (the mesh's surface). In linear RGB.
     pub cap_color: [f32; 3],
-    /// The walls. In linear RGB.
+    /// Colour of the walls. In linear RGB.
     pub wall_color: [f32; 3],
-    /// Bevels and chamfers. In linear RGB.
+    /// Colour of bevels and chamfers. In linear RGB.
     pub bevel_color: [f32; 3],
-    /// The floor. In linear RGB.
+    /// Colour of the floor. In linear RGB.
     pub floor_color: [f32; 3],
     /// Exponent of the specular reflection, 1 to 127.
     pub shininess: u32,
-    /// 0 planar, 1 fast, 2 paper, 3 accurate; the shader is made for it.
+    /// Tier: 0 planar, 1 fast, 2 paper, 3 accurate. The shader is compiled for it.
     pub tier: u32,
-    /// Not 0: there is no floor.
+    /// Not 0 if there is no floor.
     pub cut_out: u32,
-    /// Largest number of steps of the linear search.
+    /// Maximum number of steps of the linear search.
     pub linear_steps: u32,
-    /// Number of bisections after it.
+    /// Number of bisections after the linear search.
     pub binary_steps: u32,
-    /// The stored code of distance 0.
+    /// Stored code of distance 0.
     pub map_bias: u32,
-    /// log2 of the texels in one 32-bit word: 0, 1 or 2.
+    /// log2 of the texels per 32-bit word: 0, 1 or 2.
     pub map_packing: u32,
-    /// 0 codes of 8 or 16 bits, 1 floats, 2 the paper's RGBA8; the shader is made for it.
+    /// Format of the texels: 0 codes of 8 or 16 bits, 1 floats, 2 the paper's RGBA8. The shader is compiled for it.
     pub map_format: u32,
-    /// 0 extrusion, 1 relief, 2 paper, 3 prisms; the shader is made for it.
+    /// Search: 0 extrusion, 1 relief, 2 paper, 3 prisms. The shader is compiled for it.
     pub search: u32,
-    /// Not 0: columns throw shadows; the shader is made for it.
+    /// Not 0 if the object casts shadows on itself. The shader is compiled for it.
     pub self_shadow: u32,
 }
 
-/// A pair of parallel planes.
+/// The space between two parallel planes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Slab {
-    /// Unit vector across it.
+    /// Unit normal of the planes.
     pub axis: [f32; 3],
-    /// The least dot(p, axis) in it, p relative to the shell's anchor. In object units.
+    /// Minimum of dot(p, axis), p relative to the prism's anchor. In object units.
     pub low: f32,
-    /// The largest one. In object units.
+    /// Maximum of dot(p, axis). In object units.
     pub high: f32,
 }
 
 /// The curved prism over one triangle: F(w1, w2, d) = S(w) - depth d N(w).
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-pub struct Shell {
-    /// The first corner, relative to the scene's origin; what follows is relative to it. In object units.
+pub struct PrismData {
+    /// The first corner, relative to the scene's origin; the other positions are relative to it. In object units.
     pub anchor: [f32; 3],
     /// S: coefficients of w1, w2, w1 w1, w1 w2, w2 w2. In object units.
     pub surface: [[f32; 3]; 5],
     /// N: coefficients of 1, w1, w2, w1 w1, w1 w2, w2 w2.
     pub normal: [[f32; 3]; 6],
-    /// Unit normals of the corners, which light the cap.
+    /// Unit normals of the corners, for shading the cap.
     pub corner_normals: [[f32; 3]; 3],
-    /// Texture coordinates of the first corner, and the changes to the second and the third. In repeats.
+    /// Texture coordinates of the first corner, and the differences of the second and third from it. In repeats.
     pub uv: [[f32; 2]; 3],
     /// Unit normal of the facet.
     pub facet: [f32; 3],
-    /// F counts as folded where its determinant is less. In object units cubed.
+    /// F is treated as folded where its determinant is less. In object units cubed.
     pub least_determinant: f32,
-    /// Sine of the largest angle of a normal of S with `facet`; 1 where that cannot be said.
+    /// Sine of the largest angle between a normal of S and `facet`; 1 if unknown.
     pub spread: f32,
-    /// What holds everything through which a ray may come in from outside.
+    /// Slabs whose intersection contains all points where a ray may enter from outside.
     pub slabs: [Slab; 4],
-    /// Middle of a ball around the prism. In object units.
+    /// Centre of a bounding sphere. In object units.
     pub centre: [f32; 3],
-    /// The ball's radius. In object units.
+    /// Radius of the bounding sphere. In object units.
     pub radius: f32,
-    /// 1 / the facet's least altitude. In 1 / object units.
+    /// 1 / the facet's smallest altitude. In 1 / object units.
     pub inverse_altitude: f32,
-    /// For each corner what lies beyond the opposite side: 4 * neighbour + its corner opposite to that side, or 0xffffffff.
+    /// For each corner, the neighbour across the opposite side: 4 * its index + its corner opposite to that side, or 0xffffffff if there is none.
     pub neighbours: [u32; 3],
 }
 
-/// The layout of group 0: four read-only storage buffers.
+/// Makes the layout of group 0: four read-only storage buffers.
 pub fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
     let stages = [both, both, both, wgpu::ShaderStages::FRAGMENT];

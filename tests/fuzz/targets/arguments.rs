@@ -1,14 +1,14 @@
-//! The command line: any words, one a line, are a command or an error that says
-//! how it should be. Nothing is run.
+//! Command lines: any words, one per line, are a command or a usage error.
+//! Nothing is run.
 
 #![no_main]
 
 use clap::Parser;
 use libfuzzer_sys::fuzz_target;
 
-// The program's own parsers: what it does with them is not called here.
+// The program's own parsers. Commands are not run.
 #[allow(dead_code)]
-#[path = "../../../host/src/cli/mod.rs"]
+#[path = "../../../host/program/src/cli/mod.rs"]
 mod cli;
 
 fuzz_target!(|text: &str| {

@@ -1,5 +1,4 @@
-//! glTF files, as text or binary: any bytes give a mesh ready to be rendered, or
-//! an error.
+//! glTF files, text or binary: any bytes give a valid mesh or an error.
 
 #![no_main]
 

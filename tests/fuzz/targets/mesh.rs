@@ -1,4 +1,4 @@
-//! OBJ files: any text gives a mesh ready to be rendered, or an error.
+//! OBJ files: any text gives a valid mesh or an error.
 
 #![no_main]
 
@@ -26,7 +26,7 @@ fuzz_target!(|input: (u8, &str)| {
                 assert!((corner.tangent.length() - 1.0).abs() < 1e-6);
                 assert!(corner.normal.dot(corner.tangent).abs() < 1e-6);
             }
-            // The prisms of the accurate tier are made of it.
+            // The accurate tier builds its prisms from it.
             assert_eq!(mesh.shells().len(), mesh.triangles.len());
         }
         Err(error) => assert!(error.to_string().contains("mesh.obj")),

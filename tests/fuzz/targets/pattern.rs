@@ -1,5 +1,5 @@
-//! Images: any bytes, under the name of any format, give a pattern within the
-//! limit, or an error.
+//! Images: any bytes, with the extension of any format, give a pattern within
+//! the limit or an error.
 
 #![no_main]
 
@@ -14,7 +14,7 @@ fuzz_target!(|bytes: &[u8]| {
         max_pixels: MAX_PIXELS,
         ..PatternOptions::default()
     };
-    // The content decides, but where it says nothing the name does.
+    // The content determines the format, otherwise the name.
     for name in ["pattern.png", "pattern.tga"] {
         match Pattern::from_bytes(bytes, Path::new(name), &options) {
             Ok(pattern) => {

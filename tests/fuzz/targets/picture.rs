@@ -1,16 +1,15 @@
-//! Pictures of scenes: whatever a scene's numbers are, as long as they are
-//! accepted, a small picture of it is drawn in finite colours, or what cannot
-//! be drawn is told. Meshes and patterns are this project's.
+//! Pictures of scenes: any accepted scene gives a small picture of finite
+//! colours or an error. Meshes and patterns are this project's.
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use relievo::prepare::prepare_view;
+use relievo::budget::plan_view;
 use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::{Scene, Shape};
 use std::path::Path;
 
-/// Steps of a search: more of them only take longer.
+/// Maximum search steps; more only take longer.
 const STEPS: u32 = 256;
 
 fuzz_target!(|text: &str| {
@@ -21,20 +20,22 @@ fuzz_target!(|text: &str| {
     scene.objects.truncate(2);
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
     for object in &mut scene.objects {
-        let is_curved = object.mesh.as_os_str().len() % 2 == 0;
+        let is_curved = object.mesh.to_string().len() % 2 == 0;
         let mesh = if is_curved { "cylinder" } else { "plane" };
         object.mesh = root
             .join("../../assets/meshes")
             .join(mesh)
-            .with_extension("obj");
+            .with_extension("obj")
+            .into();
         object.shape = Shape::File(root.join("seeds/pattern/gray.png"));
         object.raster = None;
         object.steps = object.steps.min(STEPS);
         // Trials would take most of the time.
         object.budget = None;
     }
-    match prepare_view(&scene, &|_| ()) {
-        Ok(prepared) => {
+    match plan_view(&scene, &|_| ()) {
+        Ok(planned) => {
+            let prepared = planned.scene;
             let frame = prepared.frame_with_samples(prepared.supersampling);
             let words = CpuRenderer::new(&prepared).color(&frame).unwrap();
             for pixel in &words.words {

@@ -1,5 +1,4 @@
-//! Scene files: any text gives a checked scene or an error, and the error is
-//! told in full.
+//! Scene files: any text gives a valid scene or an error with a message.
 
 #![no_main]
 

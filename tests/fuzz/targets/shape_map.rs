@@ -1,5 +1,4 @@
-//! Baked shape maps: any bytes give a map that keeps what a renderer relies on,
-//! or an error.
+//! Baked shape maps: any bytes give a valid map or an error.
 
 #![no_main]
 

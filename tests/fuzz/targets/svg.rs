@@ -1,4 +1,4 @@
-//! SVG files: any text gives a pattern of the size asked for, or an error.
+//! SVG files: any text gives a pattern of the requested size or an error.
 
 #![no_main]
 

@@ -4,10 +4,10 @@ use super::Distribution;
 use super::number::SMALLEST;
 use super::random::Random;
 
-/// How far a unit vector's squared length may be from 1 by rounding.
+/// Largest deviation of a unit vector's squared length from 1.
 const ROUNDING: f64 = 1e-5;
 
-/// A unit vector's words.
+/// Draws a unit vector, as words.
 pub(super) fn draw(distribution: Distribution, random: &mut Random) -> [u32; 3] {
     let vector = match distribution {
         Distribution::Value | Distribution::Recorded => on_the_sphere(random),
@@ -18,7 +18,7 @@ pub(super) fn draw(distribution: Distribution, random: &mut Random) -> [u32; 3] 
     normalize(vector)
 }
 
-/// Whether three words are a unit vector.
+/// Returns whether three words are a unit vector.
 pub(super) fn contains(words: [u32; 3]) -> bool {
     let vector = words.map(f32::from_bits);
     let smallest = f32::from_bits(SMALLEST);
@@ -27,7 +27,7 @@ pub(super) fn contains(words: [u32; 3]) -> bool {
         && (length_squared - 1.0).abs() <= ROUNDING
 }
 
-/// Uniform on the sphere: what lies in the ball of a cube, seen from its middle.
+/// Draws a direction uniformly on the sphere, by rejection from a cube.
 fn on_the_sphere(random: &mut Random) -> [f64; 3] {
     loop {
         let vector: [f64; 3] = std::array::from_fn(|_| 2.0 * random.unit() - 1.0);
@@ -37,7 +37,7 @@ fn on_the_sphere(random: &mut Random) -> [f64; 3] {
     }
 }
 
-/// Components of magnitudes from 2⁻²⁰ to 2, every exponent as likely.
+/// Draws components of magnitudes from 2⁻²⁰ to 2, every exponent equally likely.
 fn uneven(random: &mut Random) -> [f64; 3] {
     std::array::from_fn(|_| {
         let magnitude = power(random.up_to(20)) * (1.0 + random.unit());
@@ -45,7 +45,7 @@ fn uneven(random: &mut Random) -> [f64; 3] {
     })
 }
 
-/// Axes, diagonals of faces and of the cube, and what is nearly an axis.
+/// Draws an axis, a diagonal of a face or of the cube, or a vector close to an axis.
 fn special(random: &mut Random) -> [f64; 3] {
     let mut vector = [1.0, 0.0, 0.0];
     match random.up_to(3) {
@@ -69,7 +69,7 @@ fn signed(x: f64, random: &mut Random) -> f64 {
     if random.coin() { x } else { -x }
 }
 
-/// 2 to the minus `exponent`, at most 20.
+/// Returns 2 to the power of minus `exponent`, which is at most 20.
 fn power(exponent: u32) -> f64 {
     1.0 / (1_u64 << exponent) as f64
 }
@@ -78,7 +78,8 @@ fn dot(vector: [f64; 3]) -> f64 {
     vector.map(|x| x * x).iter().sum()
 }
 
-/// Rounds to f32 at the end; components too small for the domain become +0.
+/// Normalises in f64 and rounds to f32. Components too small for the domain
+/// become +0.
 fn normalize(vector: [f64; 3]) -> [u32; 3] {
     let length = dot(vector).sqrt();
     vector.map(|x| {

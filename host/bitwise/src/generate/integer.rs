@@ -1,9 +1,9 @@
-//! Whole-number arguments.
+//! Integer arguments.
 
 use super::Distribution;
 use super::random::Random;
 
-/// The whole numbers from `low` to `high`.
+/// The integers from `low` to `high`.
 pub(super) struct Integers {
     low: u32,
     high: u32,
@@ -26,7 +26,7 @@ impl Integers {
         Ok(Integers { low, high, edges })
     }
 
-    /// A number.
+    /// Draws an integer.
     pub(super) fn draw(&self, distribution: Distribution, random: &mut Random) -> u32 {
         match distribution {
             Distribution::Bits => self.bits(random),
@@ -38,7 +38,7 @@ impl Integers {
         }
     }
 
-    /// As far from the smallest as a number of any count of bits, each as likely.
+    /// Draws a distance from `low` with every number of bits equally likely.
     fn bits(&self, random: &mut Random) -> u32 {
         let span = self.high - self.low;
         let count = random.up_to(u32::BITS - span.leading_zeros());

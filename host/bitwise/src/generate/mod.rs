@@ -1,8 +1,29 @@
-//! Inputs for kernels: what the domains of the arguments allow, from a seed.
+//! Generates inputs for kernels from the domains of their arguments.
 //!
-//! Each input depends on the seed and its own number only, so that neither the
-//! threads nor the batches change it. Four distributions take turns, see
-//! [`Distribution`].
+//! Each input depends only on the seed and its index, not on threads or batches.
+//! Four distributions alternate ([`Distribution`]).
+//!
+//! ```
+//! use relievo_bitwise::{Generator, Recorded, contains};
+//! use relievo_kernel::{Domain, Kernel, Kind, table};
+//!
+//! const LENGTH: Domain = Domain::new("length", Kind::NonZero { low: 1e-9, high: 1e9 });
+//! const KERNELS: &[Kernel] = table! {
+//!     square(f32: LENGTH) -> f32 = |x: f32| x * x;
+//! };
+//!
+//! # fn main() -> Result<(), relievo_bitwise::DomainError> {
+//! let generator = Generator::new(&KERNELS[0], &Recorded::new(), 7)?;
+//! let mut inputs = [0; 100];
+//! generator.fill(0, &mut inputs);
+//! assert!(contains(LENGTH.kind, &inputs));
+//!
+//! let mut later = [0; 50];
+//! generator.fill(50, &mut later);
+//! assert_eq!(later, inputs[50..]);
+//! # Ok(())
+//! # }
+//! ```
 
 mod direction;
 mod integer;
@@ -16,35 +37,34 @@ use rayon::prelude::*;
 use relievo_kernel::{Domain, Kernel, Kind};
 use std::collections::BTreeMap;
 
-/// Values that a real program has seen, as words, by their domain's name; those
-/// of [`Kind::UnitVector`] in threes. What the domain of an argument does not
-/// have is left out ([`contains`] says what that is), and −0 becomes +0: the
-/// sign of zero is nothing that kernels may depend on.
+/// Values recorded in a real program, as words, by the name of their domain; unit
+/// vectors as three words each. Values outside the domain ([`contains`]) are
+/// dropped, and −0 becomes +0, since kernels must not depend on the sign of zero.
 pub type Recorded = BTreeMap<String, Vec<u32>>;
 
-/// Inputs that a thread makes at a time.
+/// Number of inputs that a thread generates at a time.
 const CHUNK: usize = 1024;
 
-/// How the arguments of an input are drawn.
+/// Distribution of the arguments of an input.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distribution {
     /// Uniform in bits: sign, exponent over the whole domain, mantissa. Unit
-    /// vectors: components of any magnitude, normalised. Integers: every count
-    /// of bits is as likely.
+    /// vectors: components of any magnitude, normalised. Integers: every number of
+    /// bits is equally likely.
     Bits,
     /// Uniform in value; unit vectors: on the sphere.
     Value,
     /// Each scalar an edge case or as [`Distribution::Bits`]. Edge cases: zero, the
-    /// ends of the domain, powers of two, thirds and small whole numbers, the
-    /// neighbours of all these, and the scalar before, its negation and its
-    /// neighbours. Unit vectors: axes, diagonals and what is nearly an axis.
+    /// ends of the domain, powers of two, thirds and small integers, the neighbours
+    /// of all these, and the previous scalar, its negation and its neighbours. Unit
+    /// vectors: axes, diagonals and vectors close to an axis.
     Edges,
-    /// Drawn from [`Recorded`]; where there are none, as [`Distribution::Value`].
+    /// Drawn from [`Recorded`], or as [`Distribution::Value`] if none are recorded.
     Recorded,
 }
 
 impl Distribution {
-    /// That of input number `index`.
+    /// Returns the distribution of the input `index`.
     pub fn of(index: u64) -> Distribution {
         match index % 4 {
             0 => Distribution::Bits,
@@ -55,7 +75,7 @@ impl Distribution {
     }
 }
 
-/// An argument that no input can be made for.
+/// An argument with an invalid domain.
 #[derive(Debug, thiserror::Error)]
 #[error("kernel {kernel:?}, domain {domain:?}: {message}; correct it in the list of kernels")]
 pub struct DomainError {
@@ -63,11 +83,11 @@ pub struct DomainError {
     pub kernel: &'static str,
     /// The name of the argument's domain.
     pub domain: &'static str,
-    /// What is wrong with it.
+    /// The reason.
     pub message: &'static str,
 }
 
-/// Makes the inputs of one kernel.
+/// Generates the inputs of one kernel.
 pub struct Generator {
     arguments: Vec<Argument>,
     input_words: usize,
@@ -77,7 +97,7 @@ pub struct Generator {
 struct Argument {
     words: usize,
     values: Values,
-    /// Recorded values that the domain has.
+    /// Recorded values in the domain.
     pool: Vec<u32>,
 }
 
@@ -88,11 +108,11 @@ enum Values {
 }
 
 impl Generator {
-    /// For the arguments of `kernel`.
+    /// Makes a generator for the arguments of `kernel`.
     ///
     /// # Errors
-    /// [`DomainError`] where a domain is empty, not finite or denormal, or where
-    /// unit vectors do not fill an argument.
+    /// [`DomainError`] if a domain is empty, not finite or denormal, or if the
+    /// number of words of a unit-vector argument is not a multiple of 3.
     pub fn new(kernel: &Kernel, recorded: &Recorded, seed: u64) -> Result<Generator, DomainError> {
         let arguments = kernel
             .arguments
@@ -115,12 +135,12 @@ impl Generator {
         })
     }
 
-    /// Words of an input.
+    /// Returns the number of words per input.
     pub fn input_words(&self) -> usize {
         self.input_words
     }
 
-    /// Fills `inputs` with the inputs from number `first` on.
+    /// Fills `inputs` with consecutive inputs, from index `first` on.
     pub fn fill(&self, first: u64, inputs: &mut [u32]) {
         if self.input_words == 0 {
             return;
@@ -208,7 +228,7 @@ impl Argument {
     }
 }
 
-/// Words that belong together in a domain of that kind.
+/// Returns the number of words per value of a domain.
 fn group(kind: Kind) -> usize {
     match kind {
         Kind::UnitVector => 3,
@@ -216,8 +236,8 @@ fn group(kind: Kind) -> usize {
     }
 }
 
-/// Whether each of the scalars, or each three of them that should be a unit
-/// vector, are of that kind. Zero may have either sign here.
+/// Returns whether all values in `words` are of this kind, unit vectors as three
+/// words each. Zero may have either sign.
 pub fn contains(kind: Kind, words: &[u32]) -> bool {
     match kind {
         Kind::Integer { low, high } => words.iter().all(|word| (low..=high).contains(word)),

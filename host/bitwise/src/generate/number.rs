@@ -1,32 +1,32 @@
-//! f32 arguments: of a magnitude, or in a range.
+//! f32 arguments, by magnitude or by range.
 
 use super::Distribution;
 use super::random::Random;
 use relievo_kernel::Kind;
 
-/// Smallest magnitude in a range, and of a unit vector's component, that is not
-/// zero: 2⁻²⁰ as a word.
+/// Smallest non-zero magnitude in a range or of a unit vector's component: 2⁻²⁰, as
+/// a word.
 pub(super) const SMALLEST: u32 = (127 - 20) << 23;
 
 const SIGN: u32 = 0x8000_0000;
-/// The smallest magnitude that is not denormal, and the largest that is finite.
+/// Smallest normal and largest finite magnitude.
 const NORMAL: u32 = 0x0080_0000;
 const FINITE: u32 = 0x7f7f_ffff;
 
-/// The numbers of a domain: zero or not, and an interval of magnitudes of each
-/// sign, as words, whose order is that of the magnitudes.
+/// The numbers of a domain: zero or not, and for each sign an interval of
+/// magnitudes. Magnitudes are words, which have the same order.
 pub(super) struct Numbers {
     zero: bool,
     positive: Option<(u32, u32)>,
     negative: Option<(u32, u32)>,
-    /// Edge cases that every domain has few of.
+    /// The few edge cases besides powers of two.
     special: Vec<u32>,
     /// Powers of two and their neighbours.
     powers: Vec<u32>,
 }
 
 impl Numbers {
-    /// Zero, or of either sign and of a magnitude in `low..=high`.
+    /// Numbers of either sign with a magnitude in `low..=high`, and zero if `zero`.
     pub(super) fn of_magnitude(zero: bool, low: f32, high: f32) -> Result<Numbers, &'static str> {
         if !(low.is_normal() && high.is_normal() && 0.0 < low && low <= high) {
             return Err("0 < low ≤ high must hold, both finite and not denormal");
@@ -35,14 +35,14 @@ impl Numbers {
         Ok(Numbers::new(zero, both, both))
     }
 
-    /// From `low` to `high`.
+    /// Numbers from `low` to `high`.
     pub(super) fn in_range(low: f32, high: f32) -> Result<Numbers, &'static str> {
         if !(low.is_finite() && high.is_finite() && low <= high) {
             return Err("low ≤ high must hold, both finite");
         }
-        // The magnitudes of the numbers from `near` to `far`, both on one side.
+        // Interval of magnitudes from `near` to `far`, on one side of zero.
         let side = |near: f32, far: f32| {
-            // `abs`, because the larger of −0 and +0 may be −0.
+            // `abs`, because `max` of −0 and +0 may be −0.
             let [near, far] = [near, far].map(|end| end.max(0.0).abs().to_bits());
             let near = near.max(SMALLEST);
             (near <= far).then_some((near, far))
@@ -92,7 +92,7 @@ impl Numbers {
         numbers
     }
 
-    /// Whether a word is one of the numbers; zero is +0 only.
+    /// Returns whether a word is one of the numbers; of the zeros, only +0 is.
     pub(super) fn holds(&self, word: u32) -> bool {
         let magnitude = word & !SIGN;
         if magnitude == 0 {
@@ -107,7 +107,7 @@ impl Numbers {
             && side.is_some_and(|(low, high)| (low..=high).contains(&magnitude))
     }
 
-    /// A number; `previous` is one that the same input has already.
+    /// Draws a number; `previous` is the scalar before in the same input.
     pub(super) fn draw(
         &self,
         distribution: Distribution,
@@ -121,7 +121,7 @@ impl Numbers {
         }
     }
 
-    /// Uniform in sign, exponent and mantissa.
+    /// Draws uniformly in sign, exponent and mantissa.
     fn bits(&self, random: &mut Random) -> u32 {
         let (sign, (low, high)) = match (self.positive, self.negative) {
             (Some(positive), Some(negative)) => {
@@ -138,14 +138,14 @@ impl Numbers {
         sign | (low + random.up_to(high - low))
     }
 
-    /// Uniform in value.
+    /// Draws uniformly in value.
     fn value(&self, random: &mut Random) -> u32 {
         let [smallest, largest] = self.ends().map(f64::from);
         let word = ((smallest + random.unit() * (largest - smallest)) as f32).to_bits();
         if self.holds(word) {
             return word;
         }
-        // In the gap between the magnitudes and zero.
+        // The value is in the gap around zero.
         match (self.zero, self.positive, self.negative) {
             (true, _, _) => 0,
             (false, Some((low, _)), None) => low,
@@ -154,7 +154,7 @@ impl Numbers {
         }
     }
 
-    /// The smallest and the largest number.
+    /// Returns the smallest and the largest number.
     fn ends(&self) -> [f32; 2] {
         let negative = |magnitude| f32::from_bits(SIGN | magnitude);
         let smallest = match (self.negative, self.zero, self.positive) {
@@ -170,10 +170,10 @@ impl Numbers {
         [smallest, largest]
     }
 
-    /// An edge case, or uniform in bits.
+    /// Draws an edge case, or uniformly in bits.
     fn edge(&self, previous: Option<u32>, random: &mut Random) -> u32 {
         let chosen = match (random.up_to(7), previous) {
-            // What cancels, nearly cancels or is equal.
+            // Equal, cancelling or nearly so.
             (0, Some(previous)) => match random.up_to(3) {
                 0 => previous,
                 1 => previous ^ SIGN,
@@ -192,7 +192,8 @@ impl Numbers {
     }
 }
 
-/// Whether `kind`, a magnitude or a range, has `word`; zero may have either sign.
+/// Returns whether `word` is in `kind`, a magnitude or a range. Zero may have either
+/// sign.
 pub(super) fn contains(kind: Kind, word: u32) -> bool {
     let value = f32::from_bits(word);
     let magnitude = value.abs();

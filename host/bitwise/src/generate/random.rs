@@ -1,4 +1,4 @@
-//! Random numbers: the same for the same seed and number everywhere.
+//! Reproducible random numbers.
 
 /// SplitMix64 (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number
 /// Generators", OOPSLA 2014).
@@ -13,9 +13,9 @@ fn mix(mut z: u64) -> u64 {
 }
 
 impl Random {
-    /// Number `index` of the streams of `seed`.
+    /// Returns the stream `index` of `seed`.
     pub(super) fn new(seed: u64, index: u64) -> Random {
-        // Mixed, so that the streams are not each other's continuation.
+        // Mixed, so that no stream is the continuation of another.
         Random(mix(mix(seed.wrapping_add(GOLDEN)) ^ index))
     }
 
@@ -24,22 +24,22 @@ impl Random {
         mix(self.0)
     }
 
-    /// From 0 to `last`, both included.
+    /// Draws an integer in `0..=last`.
     pub(super) fn up_to(&mut self, last: u32) -> u32 {
         (((self.next() >> 32) * (u64::from(last) + 1)) >> 32) as u32
     }
 
-    /// From 0 to 1.
+    /// Draws a number in `0.0..=1.0`.
     pub(super) fn unit(&mut self) -> f64 {
         (self.next() >> 11) as f64 / ((1_u64 << 53) - 1) as f64
     }
 
-    /// Heads or tails.
+    /// Draws true or false, equally likely.
     pub(super) fn coin(&mut self) -> bool {
         self.next() >> 63 != 0
     }
 
-    /// One of them; 0 where there are none.
+    /// Draws one of the words; 0 if there are none.
     pub(super) fn pick(&mut self, words: &[u32]) -> u32 {
         match words.len() {
             0 => 0,

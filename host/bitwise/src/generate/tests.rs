@@ -24,7 +24,7 @@ fn inputs(words: u32, kind: Kind, recorded: &Recorded, count: usize) -> Vec<u32>
     inputs
 }
 
-/// Those of one distribution, one word each.
+/// Draws inputs of one distribution, one word each.
 fn of(distribution: Distribution, kind: Kind, count: usize) -> Vec<f32> {
     (0..)
         .zip(inputs(1, kind, &Recorded::new(), 4 * count))
@@ -51,7 +51,7 @@ fn any_kind() -> impl Strategy<Value = Kind> {
             let (low, high) = sorted(a, b);
             Kind::NonZero { low, high }
         }),
-        // Ends like those of real domains, either sign, zero or close together.
+        // Ends like those of real domains: of either sign, zero or close together.
         (-64..64_i32, 0..64_i32, 0..90_i32).prop_map(|(low, width, scale)| {
             let unit = 2.0_f32.powi(30 - scale);
             let low = low as f32 * unit;
@@ -66,7 +66,7 @@ fn any_kind() -> impl Strategy<Value = Kind> {
     ]
 }
 
-/// What the documentation of [`Kind`] says, said again.
+/// Restates the documentation of [`Kind`].
 fn is_allowed(kind: Kind, words: &[u32]) -> bool {
     let numbers = || words.iter().map(|&word| f32::from_bits(word));
     let is_number = |x: f32| x.is_normal() || x.to_bits() == 0;
@@ -104,7 +104,7 @@ proptest! {
                 prop_assert!(contains(kind, input), "{kind:?} {input:x?}");
             }
         } else {
-            // Only a range may turn out to be empty.
+            // Only a range may be empty.
             let Kind::Range { low, high } = kind else { panic!("{kind:?}") };
             let smallest = 2.0_f32.powi(-20);
             prop_assert!(low > 0.0 && high < smallest || high < 0.0 && -low < smallest, "{kind:?}");
@@ -279,7 +279,7 @@ fn recorded_values_are_used_where_the_domain_has_them() {
     for vector in words.chunks(3).skip(3).step_by(4) {
         assert_eq!(vector, &vectors[..3]);
     }
-    // The highest bit of an integer is no sign.
+    // The highest bit of an integer is not a sign.
     let recorded = Recorded::from([("tested".to_string(), vec![1 << 31])]);
     let kind = Kind::Integer {
         low: 0,
@@ -289,7 +289,7 @@ fn recorded_values_are_used_where_the_domain_has_them() {
 }
 
 #[test]
-fn wrong_domains_are_refused_by_name() {
+fn invalid_domains_are_rejected_by_name() {
     let refused = |words, kind| {
         let error = Generator::new(&kernel(words, kind), &Recorded::new(), 0).err();
         error.expect("refused").to_string()

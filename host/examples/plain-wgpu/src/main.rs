@@ -1,5 +1,5 @@
-//! Draws what `relievo export` wrote, with wgpu and nothing of Relievo:
-//! `plain-wgpu FOLDER OUT.png`, the folder with wgsl among its targets.
+//! Draws an object written by `relievo export --target wgsl`, with wgpu and without
+//! Relievo: `plain-wgpu FOLDER OUT.png`.
 
 mod bindings;
 
@@ -9,7 +9,7 @@ use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// Linear in, sRGB out.
+/// The shader writes linear colours, which the target converts to sRGB.
 const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 
 fn main() -> Result<()> {
@@ -27,7 +27,7 @@ async fn open() -> Result<(wgpu::Device, wgpu::Queue)> {
     let instance = wgpu::Instance::default();
     let adapter = instance.request_adapter(&Default::default()).await?;
     let descriptor = wgpu::DeviceDescriptor {
-        // Shape maps may be large.
+        // Shape maps may exceed the default limits.
         required_limits: wgpu::Limits {
             max_buffer_size: adapter.limits().max_buffer_size,
             max_storage_buffer_binding_size: adapter.limits().max_storage_buffer_binding_size,
@@ -43,7 +43,7 @@ fn read(folder: &Path, name: &str) -> Result<Vec<u8>> {
     std::fs::read(&path).map_err(|error| format!("{}: {error}", path.display()).into())
 }
 
-/// The pipeline, as the folder's README has it.
+/// Makes the pipeline that the folder's README describes.
 fn pipeline(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,
@@ -93,7 +93,8 @@ fn pipeline(
     )
 }
 
-/// Draws the folder's object before white: width and height, and RGBA.
+/// Draws the folder's object on white; returns width and height, and the pixels as
+/// RGBA.
 fn draw(device: &wgpu::Device, queue: &wgpu::Queue, folder: &Path) -> Result<([u32; 2], Vec<u8>)> {
     let frame: Frame = bytemuck::pod_read_unaligned(&read(folder, "frame.bin")?);
     let [width, height] = frame.size.map(|side| side as u32);

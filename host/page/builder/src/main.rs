@@ -1,5 +1,5 @@
-//! Builds the page: compiles `host/page` to WebAssembly, writes what JavaScript
-//! needs to call it, and puts the static files beside.
+//! Builds the page: compiles `host/page` to WebAssembly, generates its
+//! JavaScript bindings, and copies the static files.
 
 use anyhow::{Context, ensure};
 use clap::Parser;
@@ -19,10 +19,10 @@ const STATIC: [(&str, &str); 4] = [
     ("worker.js", include_str!("../../static/worker.js")),
 ];
 
-/// Build the page into a folder that any static server can serve
+/// Build the page into a folder for any static server
 #[derive(Parser)]
 struct Arguments {
-    /// The folder
+    /// Output folder
     #[arg(short, long, value_name = "DIR", default_value = "out/page")]
     output: PathBuf,
 }

@@ -1,8 +1,10 @@
-//! glTF files made here, whole, odd and broken.
+//! Generated glTF files: valid, unusual and malformed.
 
+use std::collections::HashMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
@@ -14,7 +16,7 @@ use crate::{Files, Limits};
 
 const LIMIT: usize = 10_000;
 
-/// A description and its one buffer, which grow together.
+/// Builds a JSON description and its buffer.
 struct Builder {
     json: Value,
     bytes: Vec<u8>,
@@ -125,7 +127,7 @@ fn base64(bytes: &[u8]) -> String {
     text
 }
 
-fn read(bytes: &[u8]) -> Result<SourceMesh, MeshError> {
+fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
     parse(
         &Files::memory([]),
         bytes,
@@ -139,8 +141,8 @@ fn message(bytes: &[u8]) -> String {
     read(bytes).expect_err("the file is wrong").to_string()
 }
 
-/// Positions of the corners of all triangles.
-fn corners(mesh: &SourceMesh) -> Vec<[f64; 3]> {
+/// Returns the positions of the corners of all triangles.
+fn corners(mesh: &RawMesh) -> Vec<[f64; 3]> {
     let corners = mesh.triangles.iter().flatten();
     corners
         .map(|corner| mesh.positions[corner.position as usize].to_array())
@@ -154,7 +156,7 @@ const SQUARE: [[f32; 3]; 4] = [
     [1.0, 1.0, 0.0],
 ];
 
-/// A square of two triangles, in one primitive of `mode` with these indices.
+/// Returns a square of two triangles as a primitive of `mode` with `indices`.
 fn square(mode: u32, indices: &[u8]) -> Builder {
     let mut builder = Builder::new();
     let positions = builder.floats(&SQUARE);
@@ -169,14 +171,14 @@ fn plain() -> Builder {
     square(4, &[0, 1, 2, 2, 1, 3])
 }
 
-/// The torus, its vertices in single precision: positions, normals, texture
-/// coordinates with v down, indices.
+/// Returns the torus in single precision: positions, normals, texture coordinates
+/// with v down, indices.
 type Vertices = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<u32>);
 
 fn torus() -> Vertices {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/meshes/torus.obj");
     let text = std::fs::read_to_string(&path).unwrap();
-    let mesh = SourceMesh::parse(&text, &path, LIMIT).unwrap();
+    let mesh = crate::mesh::obj::parse(&text, &path, LIMIT).unwrap();
     let mut known = HashMap::new();
     let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
     let mut indices = Vec::new();
@@ -231,7 +233,7 @@ fn torus_as_gltf((positions, normals, uvs, indices): &Vertices) -> Builder {
     builder
 }
 
-/// The words of a picture of `mesh` with letters, which have an up and a down.
+/// Renders `mesh` with letters, whose orientation is visible.
 fn picture(mesh: &str, more: &[(&str, Vec<u8>)]) -> Vec<[u32; 4]> {
     let letters = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/patterns/letters.png");
     let mut files = vec![("letters.png", std::fs::read(letters).unwrap())];
@@ -258,7 +260,7 @@ fn the_torus_written_both_ways_is_the_same_picture() {
     let uri = format!("data:application/octet-stream;base64,{}", base64(&bytes));
     for (name, files) in [
         ("torus.glb", vec![("torus.glb", as_gltf().glb())]),
-        // Told by its content.
+        // Detected from the content.
         ("torus.bin", vec![("torus.bin", as_gltf().glb())]),
         ("torus.gltf", vec![("torus.gltf", as_gltf().text(&uri))]),
         (
@@ -277,13 +279,13 @@ fn the_torus_written_both_ways_is_the_same_picture() {
 fn all_ways_to_make_triangles() {
     let wanted = corners(&read(&plain().glb()).unwrap());
     assert_eq!(wanted.len(), 6);
-    // A strip turns every second triangle.
+    // A strip reverses every second triangle.
     let strip = read(&square(5, &[0, 1, 2, 3]).glb()).unwrap();
     let [a, b, c, d] = SQUARE.map(|corner| corner.map(f64::from));
     assert_eq!(corners(&strip), [a, b, c, b, d, c]);
     let fan = read(&square(6, &[0, 1, 3, 2]).glb()).unwrap();
     assert_eq!(corners(&fan), [a, b, d, a, d, c]);
-    // Points and lines are left out beside triangles.
+    // Points and lines are ignored.
     let mut builder = plain();
     builder.primitive(json!({"attributes": {"POSITION": 0}, "mode": 1}));
     assert_eq!(corners(&read(&builder.glb()).unwrap()), wanted);
@@ -323,7 +325,7 @@ fn nodes_place_and_mirror() {
     let mesh = read(&builder.glb()).unwrap();
     let corners = corners(&mesh);
     assert_eq!(corners.len(), 12);
-    // The mirrored triangle is wound as its normal points.
+    // The winding of the mirrored triangle matches its normal.
     let (origin, x, y) = ([10.0, 0.0, 0.0], [8.0, 0.0, 0.0], [10.0, 2.0, 0.0]);
     assert_eq!(corners[..3], [origin, y, x]);
     assert_eq!(
@@ -354,7 +356,7 @@ fn numbers_of_every_form() {
             assert_eq!(uv, DVec2::new(u, 1.0 - v));
         }
     }
-    // A corner moved by a sparse accessor, with and without what it is moved from.
+    // A corner moved by a sparse accessor, with and without a base.
     for has_base in [true, false] {
         let mut builder = plain();
         let indices = builder.view(&[1, 3]);
@@ -436,16 +438,16 @@ fn mistakes_are_told() {
             b.json["accessors"][1] =
                 json!({"componentType": 5125, "type": "SCALAR", "count": 3_u64 << 60});
         }),
-        ("no whole number of triangles", &|b| {
+        ("not a multiple of 3", &|b| {
             b.json["accessors"][1]["count"] = 5.into()
         }),
-        ("of the type Vec2", &|b| {
+        ("the type Vec2", &|b| {
             b.json["accessors"][0]["type"] = "VEC2".into()
         }),
-        ("no whole numbers", &|b| {
+        ("not integers", &|b| {
             b.json["accessors"][1]["componentType"] = 5120.into()
         }),
-        ("hangs in two places", &|b| {
+        ("two parents", &|b| {
             b.json["nodes"][0]["children"] = json!([0])
         }),
         ("\"POSITION\"", &|b| {
@@ -485,7 +487,7 @@ fn damaged_files_are_told() {
     for text in ["{", "{}", "[]", "{\"asset\": 7}"] {
         assert!(message(text.as_bytes()).contains("not a glTF 2.0 file"));
     }
-    // So many objects take far more memory than text.
+    // Many objects take far more memory than their text.
     let mut many = b"{\"asset\":{\"version\":\"2.0\"},\"nodes\":[{}".to_vec();
     many.extend(b",{}".repeat(100_000));
     many.extend(b"]}");
@@ -510,10 +512,10 @@ fn buffers_are_files_beside_it() {
     assert!(read(&data, length).is_ok());
     for (uri, part) in [
         ("none.bin", "a/none.bin, which is not among"),
-        ("https://example.org/x.bin", "is no file"),
-        ("file:///etc/passwd", "is no file"),
-        ("", "is no file"),
-        ("%ff.bin", "is no file"),
+        ("https://example.org/x.bin", "is not a file name"),
+        ("file:///etc/passwd", "is not a file name"),
+        ("", "is not a file name"),
+        ("%ff.bin", "is not a file name"),
         ("data:;base64,A", "damaged base64"),
         ("data:;base64,AAAA", "should have"),
     ] {
@@ -530,7 +532,7 @@ fn buffers_are_files_beside_it() {
         );
     }
 
-    // On the disk it is the scene's folder that counts.
+    // On the disk, files must be in the scene's folder.
     let folder = tempfile::tempdir().unwrap();
     let scenes = folder.path().join("mine");
     std::fs::create_dir(&scenes).unwrap();
@@ -562,7 +564,7 @@ proptest! {
         let _ = read(&file);
     }
 
-    /// Numbers in the description that are changed to others.
+    /// Changes numbers in the description.
     #[test]
     fn no_number_panics(
         changes in prop::collection::vec(
@@ -587,7 +589,7 @@ proptest! {
     }
 }
 
-/// A square with everything that is read.
+/// Returns a square that uses every feature that is read.
 fn everything() -> Builder {
     let mut builder = plain();
     let normals = builder.floats(&[[0.0, 0.0, 1.0]; 4]);

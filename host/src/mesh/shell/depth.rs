@@ -1,17 +1,17 @@
-//! How deep a prism can be before it folds.
+//! The depth to which a prism does not fold.
 
 use glam::DVec2;
 
 use super::quadratic::{PAIRS, Quadratic, WHOLE, cross_products};
 use super::{FOLDED, MeshShell};
 
-/// By which share of it the largest depth may be found too small.
+/// Relative tolerance of the largest depth, which may be too small by it.
 const TOLERANCE: f64 = 5e-3;
 
-/// How often a triangle is divided into four, at most.
+/// Maximum number of subdivisions into four.
 const LEVELS: usize = 7;
 
-/// Parts of a triangle that are divided, at most.
+/// Maximum number of parts of a triangle to subdivide.
 const MOST_PARTS: usize = 128;
 
 /// 4! / (i! j! (4 − i − j)!), by i and j.
@@ -24,13 +24,12 @@ const MULTINOMIALS: [[f64; 5]; 5] = [
 ];
 
 impl MeshShell {
-    /// The largest depth, in object units, down to which the prism does not
-    /// fold; infinite if it never does, and 0 if the surface itself is folded.
-    /// It may be too small by half a percent, but it is not too large.
+    /// Returns the largest depth, in object units, to which the prism does not
+    /// fold: infinite if it never does, 0 if the surface itself is folded. It may
+    /// be too small by half a percent, but never too large.
     ///
-    /// Down to there the determinant of ∂(S − d N)/∂(w1, w2, d) keeps its sign
-    /// and, to be of use in f32, a thousandth of the size that it has in a flat
-    /// prism.
+    /// To this depth the determinant of ∂(S − d N)/∂(w1, w2, d) keeps its sign
+    /// and, for the precision of f32, a thousandth of its size in a flat prism.
     pub fn largest_depth(&self) -> f64 {
         let (mut proven, mut met) = (f64::INFINITY, f64::INFINITY);
         let mut parts = vec![Part::new(self, WHOLE)];
@@ -55,8 +54,8 @@ impl MeshShell {
         parts.iter().map(|part| part.proven).fold(proven, f64::min)
     }
 
-    /// A depth, in object units, down to which the prism does surely not fold:
-    /// at most [`Self::largest_depth`], and faster to find.
+    /// Returns a depth, in object units, to which the prism does not fold: at most
+    /// [`Self::largest_depth`], and faster to compute.
     pub(crate) fn safe_depth(&self) -> f64 {
         Part::new(self, WHOLE).proven
     }
@@ -65,9 +64,9 @@ impl MeshShell {
 /// A part of a triangle.
 struct Part {
     corners: [DVec2; 3],
-    /// It does not fold above this depth.
+    /// Depth to which it does not fold.
     proven: f64,
-    /// At one of its corners it folds at this depth.
+    /// Depth at which it folds at one of its corners.
     met: f64,
 }
 
@@ -96,15 +95,15 @@ impl Part {
     }
 }
 
-/// The four triangles between a triangle's corners and the middles of its edges.
+/// Returns the four triangles between a triangle's corners and edge midpoints.
 fn quarters([a, b, c]: [DVec2; 3]) -> [[DVec2; 3]; 4] {
     let (ab, bc, ca) = (a.midpoint(b), b.midpoint(c), c.midpoint(a));
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
 }
 
-/// The negative determinant of ∂(S − d N)/∂(w1, w2, d) over a part of the
-/// triangle: at [i][j] the Bézier coefficient of the i-th power of the part's
-/// second weight and the j-th of its third, a quadratic in d: the coefficients
+/// Returns the negative determinant of ∂(S − d N)/∂(w1, w2, d) over a part of the
+/// triangle. At [i][j] is the Bézier coefficient of the i-th power of the part's
+/// second weight and the j-th of its third, a quadratic in d as the coefficients
 /// of 1, −d, d².
 fn determinant(surface: &Quadratic, normal: &Quadratic, corners: [DVec2; 3]) -> [[[f64; 3]; 5]; 5] {
     let [s1, s2] = surface.slopes_between(corners);
@@ -116,7 +115,7 @@ fn determinant(surface: &Quadratic, normal: &Quadratic, corners: [DVec2; 3]) -> 
     for (n, (p, q)) in normal.bezier_between(corners).into_iter().zip(PAIRS) {
         for (k, (r, s)) in PAIRS.into_iter().enumerate() {
             let power = |weight: usize| [p, q, r, s].iter().filter(|w| **w == weight).count();
-            // A product of two different weights stands for both orders.
+            // A product of two different weights has two orders.
             let orders = |a, b| if a == b { 1.0 } else { 2.0 };
             let (i, j) = (power(1), power(2));
             let share = orders(p, q) * orders(r, s) / MULTINOMIALS[i][j];
@@ -129,8 +128,8 @@ fn determinant(surface: &Quadratic, normal: &Quadratic, corners: [DVec2; 3]) -> 
     sums
 }
 
-/// The least d ≥ 0 from which a − b d + c d² is no longer positive; infinite if
-/// it always is.
+/// Returns the least d ≥ 0 at which a − b d + c d² is not positive; infinite if
+/// there is none.
 fn folding_depth([a, b, c]: [f64; 3]) -> f64 {
     if a.is_nan() || a <= 0.0 {
         return 0.0;
@@ -162,7 +161,7 @@ mod tests {
         assert_eq!(folding_depth([f64::NAN, 1.0, 1.0]), 0.0);
     }
 
-    /// The Bézier form of a part, evaluated, is the determinant itself.
+    /// Compares the Bézier form of a part with the determinant.
     #[test]
     fn coefficients_are_those_of_the_determinant() {
         let vector = |i: i32| {

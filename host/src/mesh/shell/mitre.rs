@@ -2,38 +2,37 @@
 
 use glam::{DMat3, DVec3};
 
-/// Normals this close together are one.
+/// Normals closer together are treated as equal.
 const SAME: f64 = 1e-6;
 
-/// The longest mitre. A longer one would move the floor sideways by more than
-/// 1.7 depths, past the neighbours' own floors, and the triangles beside a
-/// sharp edge would fold at depths that are harmless elsewhere; and the floor
-/// under a spike cannot be parallel to its sides anyway.
+/// Maximum length of a mitre. A longer one would move the floor sideways by more
+/// than 1.7 depths, past the neighbours' floors, and the triangles beside a sharp
+/// edge would fold at small depths.
 const LONGEST: f64 = 2.0;
 
-/// Ridge of the least squares, as a share of the matrix's trace: directions in
-/// which the normals differ by less than about 10 mrad are left alone.
+/// Ridge of the least squares, as a fraction of the matrix's trace: ignores
+/// directions in which the normals differ by less than about 10 mrad.
 const RIDGE: f64 = 1e-4;
 
-/// Refinements that undo the ridge's effect in all other directions.
+/// Iterations that remove the ridge's effect in all other directions.
 const REFINEMENTS: usize = 8;
 
-/// Where the mitre points against a normal, it is turned until it rises over
-/// all faces by this much.
+/// Target of the dot product with every normal, for a mitre that has to be turned
+/// because it points against one.
 const LEAST_RISE: f64 = 0.1;
 
-/// Turns, at most.
+/// Maximum number of turns.
 const TURNS: usize = 100;
 
-/// A sum of normals shorter than this share of its weights has cancelled out.
+/// Sums of normals shorter than this fraction of their weights have cancelled out.
 const CANCELLED: f64 = 1e-6;
 
-/// The vector m with m·n = 1 for all given unit normals n, so that a point at
-/// the depth d m is d below each of their faces; in the least squares, with the
-/// given weights > 0, where there is none. Its length is at most 2. None where
-/// the normals cancel out.
+/// Returns the vector m with m·n = 1 for all given unit normals n, so that a point
+/// at d m is d below each of their faces; otherwise the least squares with the
+/// given weights > 0. Its length is at most 2. `None` where the normals cancel
+/// out.
 ///
-/// A single normal, given any number of times, is its own mitre, to the bit.
+/// The mitre of equal normals is that normal, to the bit.
 pub(super) fn mitre(normals: &[(DVec3, f64)]) -> Option<DVec3> {
     let &(first, _) = normals.first()?;
     if normals.iter().all(|(n, _)| n.distance(first) <= SAME) {
@@ -53,10 +52,10 @@ pub(super) fn mitre(normals: &[(DVec3, f64)]) -> Option<DVec3> {
     (sum.length() > CANCELLED * total).then(|| sum.normalize())
 }
 
-/// The shortest m for which the weighted sum of the squares of m·n − 1 is
-/// least, by a ridge that is iterated away.
+/// Returns the shortest m with the least weighted sum of (m·n − 1)², by ridge
+/// regression with iterative refinement.
 fn fit(normals: &[(DVec3, f64)], total: f64) -> DVec3 {
-    // Unit normals: the trace of the matrix is the sum of the weights, here 1.
+    // The trace of the matrix is the sum of the weights, here 1.
     let mut matrix = DMat3::ZERO;
     let mut right_side = DVec3::ZERO;
     for &(n, weight) in normals {
@@ -68,7 +67,7 @@ fn fit(normals: &[(DVec3, f64)], total: f64) -> DVec3 {
     (0..REFINEMENTS).fold(DVec3::ZERO, |m, _| m + inverse * (right_side - matrix * m))
 }
 
-/// `m`, moved over the face above which it rises least, until it rises over all.
+/// Moves `m` along the normal with the least dot product until all are positive.
 fn turn(m: DVec3, normals: &[(DVec3, f64)]) -> DVec3 {
     let mut m = m;
     for _ in 0..TURNS {

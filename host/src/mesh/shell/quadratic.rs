@@ -1,9 +1,9 @@
-//! Polynomials of degree two over a triangle.
+//! Quadratic polynomials over a triangle.
 
 use glam::{DVec2, DVec3};
 
-/// Which two corners the Bézier points of a quadratic belong to: the corners,
-/// and then the sides opposite to them.
+/// The two corners of each Bézier point of a quadratic: first the corners, then
+/// the sides opposite to them.
 pub(super) const PAIRS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (1, 2), (2, 0), (0, 1)];
 
 /// The corners of the whole triangle, in the weights w1 and w2.
@@ -15,8 +15,8 @@ pub(super) const WHOLE: [DVec2; 3] = [DVec2::ZERO, DVec2::X, DVec2::Y];
 pub(crate) struct Quadratic(pub [DVec3; 6]);
 
 impl Quadratic {
-    /// Σ w_i a_i + Σ w_j w_k e_i with w0 = 1 − w1 − w2, where j and k are the
-    /// corners other than i.
+    /// Creates Σ w_i a_i + Σ w_j w_k e_i with w0 = 1 − w1 − w2, where j and k are
+    /// the corners other than i.
     pub(super) fn new(a: [DVec3; 3], e: [DVec3; 3]) -> Self {
         Self([
             a[0],
@@ -28,8 +28,8 @@ impl Quadratic {
         ])
     }
 
-    /// The symmetric function, of degree one in either of `u` and `v`, that is
-    /// the polynomial where both are the same.
+    /// Returns the blossom (polar form): symmetric, of degree one in `u` and `v`,
+    /// and the polynomial where both are equal.
     fn blossom(&self, u: DVec2, v: DVec2) -> DVec3 {
         let [one, first, second, first_first, first_second, second_second] = self.0;
         one + 0.5 * ((u.x + v.x) * first + (u.y + v.y) * second)
@@ -38,18 +38,18 @@ impl Quadratic {
             + u.y * v.y * second_second
     }
 
-    /// The Bézier points over the triangle between the three given weights, in
-    /// the order of [`PAIRS`]: their convex hull holds the values there.
+    /// Returns the Bézier points over the triangle between three points, in the
+    /// order of [`PAIRS`]. Their convex hull contains the values there.
     pub(super) fn bezier_between(&self, corners: [DVec2; 3]) -> [DVec3; 6] {
         PAIRS.map(|(i, j)| self.blossom(corners[i], corners[j]))
     }
 
-    /// The Bézier points over the whole triangle.
+    /// Returns the Bézier points over the whole triangle.
     pub(crate) fn bezier(&self) -> [DVec3; 6] {
         self.bezier_between(WHOLE)
     }
 
-    /// The derivatives with respect to w1 and w2.
+    /// Returns the derivatives by w1 and w2.
     pub(super) fn slopes(&self, w: DVec2) -> [DVec3; 2] {
         let [_, first, second, first_first, first_second, second_second] = self.0;
         [
@@ -58,29 +58,28 @@ impl Quadratic {
         ]
     }
 
-    /// The derivatives with respect to w1 and w2, both of degree one, at three
-    /// corners.
+    /// Returns the derivatives by w1 and w2, both of degree one, at three points.
     pub(super) fn slopes_between(&self, corners: [DVec2; 3]) -> [[DVec3; 3]; 2] {
         let [a, b, c] = corners.map(|w| self.slopes(w));
         [[a[0], b[0], c[0]], [a[1], b[1], c[1]]]
     }
 
-    /// The Bézier points of the cross product of both derivatives: their convex
-    /// cone holds the normals.
+    /// Returns the Bézier points of the cross product of both derivatives. Their
+    /// convex cone contains the normals.
     pub(crate) fn normal_bezier(&self) -> [DVec3; 6] {
         let [first, second] = self.slopes_between(WHOLE);
         cross_products(first, second)
     }
 
-    /// The value at (w1, w2).
+    /// Returns the value at (w1, w2).
     #[cfg(test)]
     pub(crate) fn at(&self, w: DVec2) -> DVec3 {
         self.blossom(w, w)
     }
 }
 
-/// The Bézier points of the cross product of two functions of degree one, given
-/// at the corners.
+/// Returns the Bézier points of the cross product of two functions of degree one,
+/// given at the corners.
 pub(super) fn cross_products(a: [DVec3; 3], b: [DVec3; 3]) -> [DVec3; 6] {
     PAIRS.map(|(i, j)| 0.5 * (a[i].cross(b[j]) + a[j].cross(b[i])))
 }

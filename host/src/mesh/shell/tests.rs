@@ -18,8 +18,8 @@ fn parse(text: &str) -> Mesh {
     Mesh::parse(text, Path::new("test.obj"), &MeshOptions::default()).unwrap()
 }
 
-/// A mesh from positions and triangles, whose corners have the normals that
-/// `normal` gives for the triangle's number and the position.
+/// Creates a mesh from positions and triangles; `normal` returns the normal of a
+/// corner from the triangle's index and the position.
 fn mesh(
     positions: &[DVec3],
     triangles: &[[usize; 3]],
@@ -140,8 +140,8 @@ fn links(shells: &[MeshShell]) -> impl Iterator<Item = [(usize, usize); 2]> {
     })
 }
 
-/// Checks that links go both ways, and returns how many there are and how many
-/// sides have none.
+/// Checks that links are symmetric; returns the numbers of linked and of free
+/// sides.
 fn count_links(shells: &[MeshShell]) -> (usize, usize) {
     for [(index, opposite), (other, its_opposite)] in links(shells) {
         let back = shells[other].neighbours[its_opposite];
@@ -156,7 +156,7 @@ fn count_links(shells: &[MeshShell]) -> (usize, usize) {
     (count, 3 * shells.len() - count)
 }
 
-/// The furthest that neighbours are apart on their common side down to `depth`.
+/// Returns the largest gap between neighbours on their common side to `depth`.
 fn widest_gap(shells: &[MeshShell], depth: f64) -> f64 {
     let mut widest: f64 = 0.0;
     for [(index, opposite), (other, its_opposite)] in links(shells) {
@@ -261,7 +261,7 @@ fn there_are_no_neighbours_where_the_surface_is_none() {
     assert_eq!(count_links(&shells), (0, 6));
     assert_eq!(shells[0].normal[0], DVec3::Y);
     assert_eq!(shells[1].normal[0], -DVec3::Y);
-    // A closed bag of two triangles.
+    // Two triangles with the same corners, closed.
     let bag = mesh(&positions, &[[0, 2, 1], [0, 1, 2]], |index, position| {
         DVec3::Y * (0.9 - 1.8 * index as f64) + 0.5 * (position - DVec3::new(0.5, 0.0, 0.3))
     });
@@ -290,7 +290,7 @@ fn neighbours_meet_on_their_common_side() {
         }
         assert!(compared > 0);
     }
-    // Twin: the rim falls apart where every face keeps to its own normals.
+    // Counterexample: with separate normals for every face the rim has gaps.
     let mesh = capped_cylinder();
     let welded = mesh.shells();
     let mut unwelded = mesh.clone();
@@ -322,7 +322,7 @@ fn shells_do_not_depend_on_the_order_of_triangles() {
     assert_eq!(shells, mesh.shells());
 }
 
-/// The determinant's share of the flat prism's at the depth d.
+/// Returns the determinant at the depth d, relative to the flat prism's.
 fn determinant(shell: &MeshShell, w: DVec2, d: f64) -> f64 {
     let (surface, normal) = (shell.surface(), shell.normal());
     let ([s1, s2], [n1, n2]) = (surface.slopes(w), normal.slopes(w));

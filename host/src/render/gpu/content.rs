@@ -1,22 +1,23 @@
-//! What pictures on a GPU hold, and in which formats.
+//! Contents and formats of pictures on a GPU.
 
 use super::shaders::EntryPoints;
 
-/// Bits of f32 in, bits of f32 out: nothing is filtered, blended or rounded.
+/// Stores the bits of f32 unchanged: integers are not filtered, blended or
+/// rounded.
 pub(super) const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Uint;
 pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 
-/// What a picture shows.
+/// Content of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
     /// Colours: one target.
     Color,
-    /// What is hit: two targets.
+    /// Hits: two targets.
     Geometry,
 }
 
 impl Content {
-    /// How many targets are drawn to.
+    /// Returns the number of targets.
     pub fn targets(self) -> usize {
         match self {
             Content::Color => 1,
@@ -24,7 +25,7 @@ impl Content {
         }
     }
 
-    /// The fragment shader of an object.
+    /// Returns the fragment shader of an object.
     pub(super) fn fragment(self, of: &EntryPoints) -> &'static str {
         match self {
             Content::Color => of.color,

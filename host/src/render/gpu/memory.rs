@@ -1,4 +1,4 @@
-//! What a scene takes of a device's memory, before there is a device.
+//! Predicts the device memory of a scene, without a device.
 
 use super::{EntryPoints, Extent, Facets};
 use crate::prepare::PreparedScene;
@@ -6,12 +6,12 @@ use relievo_shared::layout::{Frame, Object};
 use std::collections::BTreeSet;
 use std::mem::{size_of, size_of_val};
 
-/// Bytes of a pixel of a picture of words.
+/// Bytes per pixel of a picture of words.
 pub(super) const WORDS: u64 = size_of::<[u32; 4]>() as u64;
-/// Bytes of its depth.
+/// Bytes per pixel of the depth buffer.
 pub(super) const DEPTH: u64 = size_of::<f32>() as u64;
 
-/// Which pictures are drawn and read back.
+/// Pictures that are rendered and read back.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Pictures {
     /// Colours.
@@ -20,24 +20,24 @@ pub enum Pictures {
     ColorAndGeometry,
 }
 
-/// Bytes on a device, without what the driver keeps for itself.
+/// Bytes on a device, excluding the overhead of the driver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Memory {
     /// Triangles.
     pub triangles: u64,
     /// Prisms.
     pub prisms: u64,
-    /// Shape maps; one that is shared counts once.
+    /// Shape maps; a shared map counts once.
     pub maps: u64,
-    /// The camera and the objects' parameters.
+    /// The frame and the objects' parameters.
     pub parameters: u64,
-    /// Pictures, and what they are read back through.
+    /// Pictures, and their read-back buffers.
     pub pictures: u64,
 }
 
 impl Memory {
-    /// What `scene` takes where renderers keep as much of its surface and its
-    /// patterns as `extent` says, and draw `pictures` of its size.
+    /// Predicts the memory of `scene` with shaders of this `extent`, rendering
+    /// `pictures` of the scene's size.
     pub fn of(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> Memory {
         let mut memory = Memory {
             parameters: size_of::<Frame>() as u64,
@@ -71,18 +71,18 @@ impl Memory {
         memory
     }
 
-    /// What the scene itself takes, whatever the size of its picture.
+    /// Returns the bytes of the scene without its pictures.
     pub fn scene(&self) -> u64 {
         self.total() - self.pictures
     }
 
-    /// All of it.
+    /// Returns the sum.
     pub fn total(&self) -> u64 {
         self.triangles + self.prisms + self.maps + self.parameters + self.pictures
     }
 }
 
-/// What the pictures of `scene` take.
+/// Returns the bytes of the pictures of `scene`.
 fn picture_bytes(scene: &PreparedScene, pictures: Pictures) -> u64 {
     let [width, height] = scene.size.map(|side| u64::from(side * scene.supersampling));
     let count = match pictures {
@@ -92,8 +92,8 @@ fn picture_bytes(scene: &PreparedScene, pictures: Pictures) -> u64 {
     height * (width * DEPTH + count * (width * WORDS + row_stride(width)))
 }
 
-/// Bytes of a row of `width` pixels of words where it is read back, as the API
-/// wants it aligned.
+/// Returns the bytes of a row of `width` pixels in a read-back buffer, with the
+/// alignment of the API.
 pub(super) fn row_stride(width: u64) -> u64 {
     (width * WORDS).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
 }

@@ -1,9 +1,23 @@
-//! The renderer on a GPU, through wgpu, without a window.
+//! The renderer on a GPU, through wgpu.
 //!
-//! [`GpuScene`], [`Pipelines`] and [`Targets`] never wait for the device: a
-//! window draws with them. [`GpuRenderer`] does, and gives words.
+//! [`GpuRenderer`] renders to words and waits for the device. [`GpuScene`],
+//! [`Pipelines`] and [`Targets`] never wait: a window draws with them.
+//!
+//! ```no_run
+//! use relievo::prepare::prepare;
+//! use relievo::render::gpu::{Choice, choose};
+//! use relievo::render::{GpuRenderer, Renderer};
+//! use relievo::scene::Scene;
+//!
+//! let scene = Scene::load("assets/scenes/torus.toml".as_ref())?;
+//! let prepared = prepare(&scene, &|_| ())?;
+//! let mut renderer = GpuRenderer::new(&prepared, &choose(None)?, Choice::Trusted)?;
+//! let colors = renderer.color(&prepared.frame)?;
+//! # Ok::<(), relievo::Error>(())
+//! ```
 
 mod content;
+mod error;
 mod memory;
 mod pipelines;
 mod scene;
@@ -20,11 +34,13 @@ pub(crate) use scene::facet_bytes;
 pub use shaders::{Choice, EntryPoints, Extent, Facets, Shaders, canaries, signature};
 pub use targets::Targets;
 
-use super::{ColorWords, GeometryWords, RenderError, Renderer};
+use super::Renderer;
+use super::error::RenderError;
+use super::words::{ColorWords, GeometryWords};
 use crate::prepare::PreparedScene;
 use relievo_shared::layout::Frame;
 use std::time::{Duration, Instant};
-pub(crate) use timestamps::Timestamps;
+pub use timestamps::Timestamps;
 
 /// Renders one scene on a GPU. Buffers and pipelines are made once; a frame
 /// writes its camera and draws.
@@ -33,26 +49,26 @@ pub struct GpuRenderer {
     device: Device,
     pipelines: Pipelines,
     scene: GpuScene,
-    /// Kept while the size stays.
+    /// Kept while the size of the frames stays the same.
     targets: Option<Targets>,
-    /// `None` where the adapter has no clock of its own.
+    /// `None` if the adapter has no timestamps.
     timestamps: Option<Timestamps>,
 }
 
-/// How long a frame took.
+/// Time of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameTime {
-    /// From recording the commands to the end of waiting, by this machine's clock.
+    /// From recording the commands to the end of waiting, by the host's clock.
     pub wall: Duration,
-    /// The render pass alone, by the device's clock; `None` where it has none.
+    /// The render pass alone, by the device's clock; `None` if it has none.
     pub pass: Option<Duration>,
 }
 
 impl GpuRenderer {
-    /// Puts `scene` on the device of `adapter`, with the shaders of `choice`.
+    /// Uploads `scene` to the device of `adapter`, with the shaders of `choice`.
     ///
     /// # Errors
-    /// [`RenderError::Device`], or [`RenderError::Limit`] where the scene does not fit.
+    /// [`RenderError::Device`], or [`RenderError::Limit`] if the scene is too large.
     pub fn new(
         scene: &PreparedScene,
         adapter: &Adapter,
@@ -61,7 +77,7 @@ impl GpuRenderer {
         GpuRenderer::with_extent(scene, adapter, choice, Extent::Needed)
     }
 
-    /// As [`GpuRenderer::new`], with shaders that hold as much as `extent` says.
+    /// As [`GpuRenderer::new`], with shaders of this `extent`.
     ///
     /// # Errors
     /// As [`GpuRenderer::new`].
@@ -77,8 +93,8 @@ impl GpuRenderer {
         GpuRenderer::on(scene, device, &module, shaders.describe(), extent)
     }
 
-    /// As [`GpuRenderer::new`], with a module of one's own that has the entry
-    /// points and bindings of ours; `name` is what a person calls it.
+    /// As [`GpuRenderer::new`], with a custom module that has the same entry points
+    /// and bindings; `name` describes it to a person.
     ///
     /// # Errors
     /// As [`GpuRenderer::new`].
@@ -102,7 +118,7 @@ impl GpuRenderer {
         device.attempt(|| GpuRenderer::put(scene, opened, module, name, extent))
     }
 
-    /// What [`GpuRenderer::on`] does where nothing fails.
+    /// The body of [`GpuRenderer::on`].
     fn put(
         scene: &PreparedScene,
         opened: Device,
@@ -124,20 +140,20 @@ impl GpuRenderer {
         })
     }
 
-    /// The device that it draws on. Who loses it ([`Device::wgpu`] has
-    /// `destroy`) makes every later frame an error.
+    /// Returns the device. Once it is lost or destroyed, every later frame is an
+    /// error.
     pub fn device(&self) -> &Device {
         &self.device
     }
 
-    /// Bytes of the device that the scene's buffers and the last pictures take,
-    /// as [`Memory::of`] foresees.
+    /// Returns the bytes of the scene's buffers and of the last pictures on the
+    /// device; [`Memory::of`] predicts them.
     pub fn bytes(&self) -> u64 {
         self.scene.bytes() + self.targets.as_ref().map_or(0, Targets::bytes)
     }
 
-    /// Draws `frame`, waits for the device and says how long it took; nothing
-    /// is read back.
+    /// Renders `frame`, waits for the device, and returns the time; nothing is
+    /// read back.
     ///
     /// # Errors
     /// As [`Renderer::color`].
@@ -167,13 +183,13 @@ impl GpuRenderer {
         let device = self.device.clone();
         let drawn = device.attempt(|| self.submit(frame, content, read_back));
         if drawn.is_err() {
-            // Perhaps the device had no memory for them.
+            // They may be what the device had no memory for.
             self.targets = None;
         }
         drawn
     }
 
-    /// Draws, and waits for the device.
+    /// Renders, and waits for the device.
     fn submit(
         &mut self,
         frame: &Frame,
@@ -209,7 +225,7 @@ impl GpuRenderer {
         Ok(())
     }
 
-    /// The words of target `index`.
+    /// Returns the words of target `index`.
     fn read(&self, index: usize) -> Result<Vec<[u32; 4]>, RenderError> {
         let nothing = || self.device.failed("nothing was drawn");
         let targets = self.targets.as_ref().ok_or_else(nothing)?;

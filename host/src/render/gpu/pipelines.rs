@@ -1,4 +1,4 @@
-//! Pipelines: made when they are first needed, and kept while scenes change.
+//! Render pipelines, made when first needed and kept across scenes.
 
 use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
 use super::shaders::EntryPoints;
@@ -7,8 +7,8 @@ use relievo_bitwise::{Device, Module};
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 
-/// The pipelines of one module on one device; objects that need the same entry
-/// points share one.
+/// The pipelines of one module on one device. Objects with the same entry points
+/// share one.
 pub struct Pipelines {
     device: Device,
     module: Module,
@@ -19,7 +19,7 @@ pub struct Pipelines {
 }
 
 impl Pipelines {
-    /// None yet, of `module` on `device`.
+    /// Makes no pipelines yet, for `module` on `device`.
     pub fn new(device: &Device, module: &Module) -> Pipelines {
         let bindings = bind_group_layout(device.wgpu());
         let layout = device
@@ -39,18 +39,18 @@ impl Pipelines {
         }
     }
 
-    /// The device that they are made on.
+    /// Returns the device.
     pub fn device(&self) -> &Device {
         &self.device
     }
 
-    /// What a scene's objects bind.
+    /// Returns the layout of an object's bindings.
     pub(super) fn bindings(&self) -> &wgpu::BindGroupLayout {
         &self.bindings
     }
 
-    /// Makes the pipeline that draws `content` of objects with these entry
-    /// points, unless it is there.
+    /// Makes the pipeline that draws `content` of objects with these entry points,
+    /// if it is missing.
     pub(super) fn make(&mut self, of: &EntryPoints, content: Content) -> Result<(), RenderError> {
         let (vertex, fragment) = (of.vertex, content.fragment(of));
         let device = &self.device;

@@ -1,4 +1,4 @@
-//! A prepared scene in a device's memory, and how it is drawn.
+//! Uploads a prepared scene to a device, and records its drawing.
 
 use super::content::Content;
 use super::pipelines::Pipelines;
@@ -11,7 +11,7 @@ use relievo_shared::layout::{Frame, PlanarTriangle};
 use std::borrow::Cow;
 use std::cell::Cell;
 
-/// The buffers of one scene. It is drawn by the pipelines that it was made for.
+/// The buffers of one scene, drawn by the pipelines that it was made for.
 pub struct GpuScene {
     frame: wgpu::Buffer,
     objects: Vec<GpuObject>,
@@ -26,13 +26,13 @@ struct GpuObject {
 }
 
 impl GpuScene {
-    /// Puts `scene` on the device of `pipelines`, and makes those that its
-    /// colours need, with as much in its shaders as `extent` says. `description`
-    /// is what errors call the device.
+    /// Uploads `scene` to the device of `pipelines`, and makes the pipelines of its
+    /// colours, with shaders of this `extent`. `description` names the device in
+    /// errors.
     ///
     /// # Errors
-    /// [`RenderError::Limit`] where the scene does not fit, or what the device
-    /// has against its shaders.
+    /// [`RenderError::Limit`] if the scene is too large, [`RenderError::Device`] if
+    /// the device refuses its shaders.
     pub fn new(
         scene: &PreparedScene,
         pipelines: &mut Pipelines,
@@ -120,7 +120,7 @@ impl GpuScene {
         })
     }
 
-    /// Bytes of the device that its buffers take.
+    /// Returns the bytes of its buffers on the device.
     pub fn bytes(&self) -> u64 {
         self.bytes
     }
@@ -128,7 +128,7 @@ impl GpuScene {
     /// Makes the pipelines that pictures of `content` need.
     ///
     /// # Errors
-    /// What the device has against its shaders.
+    /// [`RenderError::Device`] if the device refuses its shaders.
     pub fn make(&self, pipelines: &mut Pipelines, content: Content) -> Result<(), RenderError> {
         for object in &self.objects {
             pipelines.make(&object.entry_points, content)?;
@@ -136,9 +136,9 @@ impl GpuScene {
         Ok(())
     }
 
-    /// Draws `frame`, of the targets' size, to `targets`. Pipelines and targets
-    /// must be made for `content`.
-    pub(crate) fn record(
+    /// Records the drawing to `targets`. Pipelines and targets must be made for
+    /// `content`.
+    pub fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         pipelines: &Pipelines,

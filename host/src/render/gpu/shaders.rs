@@ -8,53 +8,29 @@ use relievo_kernel::{Kernel, for_each_canary, table};
 use relievo_shared::Vec3;
 use relievo_shared::facts::{CODES, CURVED, PLANAR, UPRIGHT, facts};
 use relievo_shared::layout::{
-    Object, PlanarTriangle, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Shell,
-    Triangle,
+    Object, PlanarTriangle, PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS,
+    SEARCH_RELIEF, Triangle,
 };
+use relievo_shared::{for_each_facet, for_each_search};
 use std::sync::LazyLock;
 
-/// The files of one folder of `assets/shaders` (see the manifest there), one for
-/// each of the entry points.
+/// The modules of one folder of `assets/shaders`, one for each of the entry points.
 macro_rules! files {
     ($folder:literal: $($entry_point:ident)*) => {
-        &[$(include_bytes!(concat!(
-            "../../../../assets/shaders/",
-            $folder,
-            "/",
-            stringify!($entry_point),
-            ".spv"
-        ))),*]
+        &[$(const { relievo_shaders::module(concat!($folder, "/", stringify!($entry_point))) }),*]
     };
 }
 
-/// Calls the macro `$with`, after `$before`, with the fragment shaders of each
-/// search, and what must be true of an object that they draw
-/// (`relievo_shared::facts`): as in `shader-crate`, those for more facts first.
-/// Prisms and relief mapping were not faster for any fact.
-macro_rules! for_each_special {
-    ($with:ident $($before:tt)*) => {
-        $with! { $($before)*
-            SEARCH_EXTRUSION, PLANAR | UPRIGHT | CODES =>
-                color_planar color_planar_shadow geometry_planar;
-            SEARCH_EXTRUSION, PLANAR | CODES =>
-                color_planar_growing color_planar_growing_shadow geometry_planar_growing;
-            SEARCH_EXTRUSION, CURVED | UPRIGHT | CODES =>
-                color_curved color_curved_shadow geometry_curved;
-            SEARCH_EXTRUSION, CURVED | CODES =>
-                color_curved_growing color_curved_growing_shadow geometry_curved_growing;
-            SEARCH_EXTRUSION, 0 => color_extrusion color_extrusion_shadow geometry_extrusion;
-            SEARCH_RELIEF, 0 => color_relief color_relief_shadow geometry_relief;
-            SEARCH_PAPER, 0 => color_paper color_paper_shadow geometry_paper;
-            SEARCH_PRISMS, 0 => color_prisms color_prisms_shadow geometry_prisms;
-        }
-    };
-}
-
-/// The files of the renderer in a folder.
+/// The fragment shaders of the renderer in a folder, and its vertex shaders.
 macro_rules! renderer {
     ($folder:literal:
-        $($search:ident, $facts:expr => $color:ident $shadow:ident $geometry:ident;)*) => {
-        files!($folder: vertex vertex_planar vertex_prisms $($color $shadow $geometry)*)
+        $($search:ident: $model:ident over $facet:ident
+        draws $color:ident $shadow:ident $geometry:ident
+        tiers { $($tiers:tt)* }
+        special { $($facts:expr => $special:ident over $special_facet:ident
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {
+        files!($folder: vertex vertex_planar vertex_prisms
+            $($color $shadow $geometry $($special_color $special_shadow $special_geometry)*)*)
     };
 }
 
@@ -71,8 +47,8 @@ macro_rules! kernel_files {
 
 type Files = &'static [&'static [u8]];
 #[cfg(not(target_arch = "wasm32"))]
-static EXACT: Files = for_each_special!(renderer "relievo_exact":);
-static FAST: Files = for_each_special!(renderer "relievo_fast":);
+static EXACT: Files = for_each_search!(renderer "relievo_exact":);
+static FAST: Files = for_each_search!(renderer "relievo_fast":);
 #[cfg(not(target_arch = "wasm32"))]
 static KERNELS: (Files, Files) = relievo_shared::for_each_kernel!(kernel_files);
 #[cfg(not(target_arch = "wasm32"))]
@@ -230,8 +206,21 @@ pub enum Facets {
     Triangles,
     /// [`PlanarTriangle`]s.
     PlanarTriangles,
-    /// [`Shell`]s.
+    /// [`PrismData`]s.
     Prisms,
+}
+
+/// The [`Facets`] of a layout.
+macro_rules! facets {
+    (Triangle) => {
+        Facets::Triangles
+    };
+    (PlanarTriangle) => {
+        Facets::PlanarTriangles
+    };
+    (PrismData) => {
+        Facets::Prisms
+    };
 }
 
 impl Facets {
@@ -240,17 +229,20 @@ impl Facets {
         match self {
             Facets::Triangles => size_of::<Triangle>(),
             Facets::PlanarTriangles => size_of::<PlanarTriangle>(),
-            Facets::Prisms => size_of::<Shell>(),
+            Facets::Prisms => size_of::<PrismData>(),
         }
     }
 
     /// The vertex shader that places them.
     fn vertex(self) -> &'static str {
-        match self {
-            Facets::Triangles => "vertex",
-            Facets::PlanarTriangles => "vertex_planar",
-            Facets::Prisms => "vertex_prisms",
+        macro_rules! vertex {
+            ($($facet:ident $name:ident;)*) => {
+                match self {
+                    $(facets!($facet) => stringify!($name),)*
+                }
+            };
         }
+        for_each_facet!(vertex)
     }
 }
 
@@ -272,25 +264,41 @@ pub struct EntryPoints {
 struct Special {
     search: u32,
     facts: u32,
+    facets: Facets,
     color: &'static str,
     shadow: &'static str,
     geometry: &'static str,
 }
 
-/// A [`Special`] for each pair of a search and facts.
+/// A [`Special`] for each pair of a search and facts, most facts first.
 macro_rules! special {
-    ($($search:ident, $facts:expr => $color:ident $shadow:ident $geometry:ident;)*) => {
-        &[$(Special {
-            search: $search,
-            facts: $facts,
-            color: stringify!($color),
-            shadow: stringify!($shadow),
-            geometry: stringify!($geometry),
-        }),*]
+    ($($search:ident: $model:ident over $facet:ident
+        draws $color:ident $shadow:ident $geometry:ident
+        tiers { $($tiers:tt)* }
+        special { $($facts:expr => $special:ident over $special_facet:ident
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {
+        &[$(
+            $(Special {
+                search: $search,
+                facts: $facts,
+                facets: facets!($special_facet),
+                color: stringify!($special_color),
+                shadow: stringify!($special_shadow),
+                geometry: stringify!($special_geometry),
+            },)*
+            Special {
+                search: $search,
+                facts: 0,
+                facets: facets!($facet),
+                color: stringify!($color),
+                shadow: stringify!($shadow),
+                geometry: stringify!($geometry),
+            },
+        )*]
     };
 }
 
-static SPECIAL: &[Special] = for_each_special!(special);
+static SPECIAL: &[Special] = for_each_search!(special);
 
 impl EntryPoints {
     /// Those for an object with these parameters.
@@ -303,16 +311,9 @@ impl EntryPoints {
             .iter()
             .find(|special| special.search == object.search && special.facts & !facts == 0)
             .expect("each search has shaders that need to know nothing");
-        let facets = if object.search == SEARCH_PRISMS {
-            Facets::Prisms
-        } else if special.facts & PLANAR != 0 {
-            Facets::PlanarTriangles
-        } else {
-            Facets::Triangles
-        };
         EntryPoints {
-            facets,
-            vertex: facets.vertex(),
+            facets: special.facets,
+            vertex: special.facets.vertex(),
             color: if object.self_shadow == 0 {
                 special.color
             } else {

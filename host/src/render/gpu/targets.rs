@@ -1,4 +1,4 @@
-//! What is drawn to and read back from.
+//! Render targets and their read-back buffers.
 
 use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
 use super::memory;
@@ -10,26 +10,27 @@ use std::mem::size_of;
 pub struct Targets {
     width: u32,
     height: u32,
-    /// Bytes of a row in the read-back buffers, as the API wants it aligned.
+    /// Bytes per row of the read-back buffers, with the alignment of the API.
     stride: u32,
-    /// Made for as many as were drawn to at once: two for geometry.
+    /// One for colours, two for geometry; made when first needed.
     colors: Vec<Target>,
     depth: wgpu::TextureView,
 }
 
-/// One of them.
+/// A render target.
 struct Target {
     texture: wgpu::Texture,
     view: wgpu::TextureView,
-    /// Made when it is first read.
+    /// Made when first read.
     read_back: Option<wgpu::Buffer>,
 }
 
 impl Targets {
-    /// None yet, for pictures of `width` × `height` samples.
+    /// Makes the depth buffer for pictures of `width` × `height` samples; colours
+    /// are made by [`Targets::make`].
     ///
     /// # Errors
-    /// [`RenderError::Limit`] where the device has no pictures of that size.
+    /// [`RenderError::Limit`] if the device does not support that size.
     pub fn new(device: &Device, [width, height]: [u32; 2]) -> Result<Targets, RenderError> {
         let limits = device.wgpu().limits();
         let too_large = |what: &str, needed: u64, limit: u64| RenderError::Limit {
@@ -67,12 +68,13 @@ impl Targets {
         })
     }
 
-    /// Width and height, samples.
+    /// Returns width and height, samples.
     pub fn size(&self) -> [u32; 2] {
         [self.width, self.height]
     }
 
-    /// Makes what is missing of the targets for `content`, to be read back or not.
+    /// Makes the missing targets for `content`, and their read-back buffers if
+    /// `read_back`.
     pub fn make(&mut self, device: &Device, content: Content, read_back: bool) {
         let (device, count) = (device.wgpu(), content.targets());
         while self.colors.len() < count {
@@ -105,18 +107,18 @@ impl Targets {
         }
     }
 
-    /// Target `index`, if it was made.
+    /// Returns target `index`, if it was made.
     pub fn view(&self, index: usize) -> Option<&wgpu::TextureView> {
         Some(&self.colors.get(index)?.view)
     }
 
-    /// Depths.
+    /// Returns the depth buffer.
     pub(super) fn depth(&self) -> &wgpu::TextureView {
         &self.depth
     }
 
-    /// Copies the targets of `content` to where they can be read.
-    pub(crate) fn record_read_back(&self, encoder: &mut wgpu::CommandEncoder, content: Content) {
+    /// Records the copy of the targets of `content` to their read-back buffers.
+    pub fn record_read_back(&self, encoder: &mut wgpu::CommandEncoder, content: Content) {
         for target in &self.colors[..content.targets()] {
             let Some(buffer) = &target.read_back else {
                 continue;
@@ -136,14 +138,14 @@ impl Targets {
         }
     }
 
-    /// Where the words of target `index` can be read, if they were copied.
-    pub(crate) fn read_back(&self, index: usize) -> Option<&wgpu::Buffer> {
+    /// Returns the read-back buffer of target `index`, if it was made.
+    pub fn read_back(&self, index: usize) -> Option<&wgpu::Buffer> {
         self.colors.get(index)?.read_back.as_ref()
     }
 
-    /// The words in `bytes`, the contents of a read-back buffer, without the
-    /// rows' padding.
-    pub(crate) fn words(&self, bytes: &[u8]) -> Result<Vec<[u32; 4]>, RenderError> {
+    /// Returns the words in `bytes`, the content of a read-back buffer, without
+    /// the padding of rows.
+    pub fn words(&self, bytes: &[u8]) -> Result<Vec<[u32; 4]>, RenderError> {
         let count = self.width as usize * self.height as usize;
         let mut words = allocate("the picture", count, [0; 4])?;
         let row_bytes = self.width as usize * size_of::<[u32; 4]>();
@@ -154,7 +156,7 @@ impl Targets {
         Ok(words)
     }
 
-    /// Bytes of the device that these take.
+    /// Returns their bytes on the device.
     pub fn bytes(&self) -> u64 {
         let pixels = u64::from(self.width) * u64::from(self.height);
         let read: u64 = self
@@ -167,7 +169,7 @@ impl Targets {
     }
 }
 
-/// A texture to draw to.
+/// Makes a texture to render to.
 fn texture(
     device: &wgpu::Device,
     [width, height]: [u32; 2],

@@ -1,4 +1,4 @@
-//! Timing a render pass by the device's own clock.
+//! Times a render pass by the device's clock.
 
 use relievo_bitwise::Device;
 use std::time::Duration;
@@ -6,8 +6,8 @@ use std::time::Duration;
 /// Bytes of the two timestamps.
 const SIZE: u64 = 2 * size_of::<u64>() as u64;
 
-/// The device's clock at the beginning and the end of a render pass.
-pub(crate) struct Timestamps {
+/// Timestamps of the beginning and the end of a render pass.
+pub struct Timestamps {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     read_back: wgpu::Buffer,
@@ -16,8 +16,8 @@ pub(crate) struct Timestamps {
 }
 
 impl Timestamps {
-    /// Those of a device that has a clock.
-    pub(crate) fn of(device: &Device) -> Option<Timestamps> {
+    /// Makes timestamps if `device` supports them.
+    pub fn of(device: &Device) -> Option<Timestamps> {
         let (wgpu, queue) = (device.wgpu(), device.queue());
         let has_clock = wgpu.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         has_clock.then(|| Timestamps::new(wgpu, queue.get_timestamp_period()))
@@ -45,8 +45,8 @@ impl Timestamps {
         }
     }
 
-    /// What a render pass writes.
-    pub(crate) fn writes(&self) -> wgpu::RenderPassTimestampWrites<'_> {
+    /// Returns the writes for a render pass.
+    pub fn writes(&self) -> wgpu::RenderPassTimestampWrites<'_> {
         wgpu::RenderPassTimestampWrites {
             query_set: &self.queries,
             beginning_of_pass_write_index: Some(0),
@@ -54,19 +54,20 @@ impl Timestamps {
         }
     }
 
-    /// Makes what the pass wrote readable.
-    pub(crate) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+    /// Records the copy of the timestamps to [`Self::buffer`].
+    pub fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.read_back, 0, SIZE);
     }
 
-    /// Where the two resolved ticks can be read.
-    pub(crate) fn buffer(&self) -> &wgpu::Buffer {
+    /// Returns the buffer of the two ticks.
+    pub fn buffer(&self) -> &wgpu::Buffer {
         &self.read_back
     }
 
-    /// The time between the two ticks in `bytes`, the contents of [`Self::buffer`].
-    pub(crate) fn duration(&self, bytes: &[u8]) -> Duration {
+    /// Returns the time between the two ticks in `bytes`, the content of
+    /// [`Self::buffer`].
+    pub fn duration(&self, bytes: &[u8]) -> Duration {
         let [begin, end] = [0, 8].map(|at| {
             let mut word = [0; 8];
             word.copy_from_slice(&bytes[at..at + 8]);

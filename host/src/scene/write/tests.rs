@@ -1,11 +1,15 @@
 //! What is written is read back.
 
-use super::*;
 use crate::Files;
-use crate::mesh::Projection;
+use crate::mesh::{MeshSource, Projection};
 use crate::prepare::tests::words;
-use crate::scene::{Camera, Extrusion};
+use crate::scene::{
+    Camera, Color, Extrusion, Lettering, Light, MapOptions, Material, Scene, SceneObject, Search,
+    Shape, Tier,
+};
+use crate::shape_map::Storage;
 use proptest::prelude::*;
+use std::path::{Path, PathBuf};
 
 /// Everything that a scene file says is the same.
 fn assert_same(a: &Scene, b: &Scene) {
@@ -169,8 +173,9 @@ fn object() -> impl Strategy<Value = SceneObject> {
             let (repeat, depth, scale, rotate, translate) = placed;
             let (raster, projection, threshold, [cut_out, self_shadow, invert]) = pattern;
             let ([cap, wall, bevel, floor], specular, shininess) = material;
+            let mesh = MeshSource::File(mesh);
             SceneObject {
-                name: name.unwrap_or_else(|| default_name(&mesh)),
+                name: name.unwrap_or_else(|| mesh.label()),
                 mesh,
                 shape,
                 raster,

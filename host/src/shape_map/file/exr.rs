@@ -1,8 +1,10 @@
 //! Shape maps in OpenEXR files: one channel of 32-bit floats.
 
+use super::super::error::ShapeMapError;
 use super::super::input::{Input, check_size};
-use super::super::{ShapeMap, ShapeMapError, Storage};
-use super::{KEYWORD, description, parse};
+use super::super::map::ShapeMap;
+use super::super::storage::File;
+use super::description::{KEYWORD, description, parse};
 use crate::Error;
 use exr::block::reader::Reader;
 use exr::meta::attribute::{AttributeValue, SampleType, Text};
@@ -14,7 +16,7 @@ use exr::prelude::{
 use std::io::{Seek, Write};
 use std::path::Path;
 
-/// The only channel, in texels.
+/// Name of the only channel. Unit: texels.
 const CHANNEL: &str = "distance";
 const NOT_THE_CHANNEL: &str = "not one channel \"distance\" of 32-bit floats";
 
@@ -75,9 +77,8 @@ pub(super) fn read(
             path: path.to_path_buf(),
         });
     };
-    let coding = parse(&text).map_err(invalid)?;
-    if coding.storage != Storage::R32F {
-        let storage = coding.storage;
+    let (storage, coding) = parse(&text).map_err(invalid)?;
+    if storage.form().file != File::Exr {
         return Err(invalid(format!("an OpenEXR file does not hold {storage}")));
     }
     check_header(header).map_err(|reason| invalid(reason.to_string()))?;
@@ -96,30 +97,21 @@ pub(super) fn read(
     let FlatSamples::F32(distances) = &channel.sample_data else {
         return Err(invalid(NOT_THE_CHANNEL.to_string()));
     };
-    // What every distance field keeps to; NaN does not.
-    let largest = f64::from(width).hypot(f64::from(height)) as f32;
-    let held = 0.5..=largest;
-    if let Some(wrong) = distances.iter().find(|value| !held.contains(&value.abs())) {
-        return Err(invalid(format!(
-            "distance {wrong}, where its magnitude goes from 0.5 to {largest}"
-        )));
-    }
-    Ok(ShapeMap::pack(
-        width,
-        height,
-        coding,
-        distances,
-        f32::to_bits,
-    ))
+    let words = distances
+        .iter()
+        .map(|distance| distance.to_bits())
+        .collect();
+    Ok(ShapeMap::new([width, height], storage, coding, words))
 }
 
-/// Whether there is a description; a file that is no OpenEXR file has none.
+/// Returns whether the file is an OpenEXR file with a description.
 pub(super) fn is_described(input: impl Input) -> bool {
     let reader = Reader::read_from_buffered(input, false);
     reader.is_ok_and(|reader| matches!(reader.headers(), [header] if text(header).is_some()))
 }
 
-/// Checks that the pixels are what [`write`] makes, apart from their compression.
+/// Checks that the pixels are as [`write`] makes them; any lossless compression
+/// is accepted.
 fn check_header(header: &Header) -> Result<(), &'static str> {
     let [channel] = &header.channels.list[..] else {
         return Err(NOT_THE_CHANNEL);

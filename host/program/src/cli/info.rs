@@ -1,0 +1,134 @@
+//! `relievo info`.
+
+use super::bake::describe;
+use super::limits::LimitArguments;
+use super::say;
+use super::session::{Loaded, load};
+use clap::Args;
+use relievo::render::gpu::adapters;
+use std::mem::size_of_val;
+use std::path::PathBuf;
+
+#[derive(Args)]
+pub struct InfoArguments {
+    /// Scene file; without it only the adapters are shown
+    scene: Option<PathBuf>,
+    #[command(flatten)]
+    limits: LimitArguments,
+}
+
+pub fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
+    if let Some(path) = &arguments.scene {
+        let loaded = load(path, None, &arguments.limits.limits())?;
+        show(&loaded)?;
+    }
+    let all = adapters();
+    if all.is_empty() {
+        say(format_args!("adapters: none"))?;
+    }
+    for found in all {
+        say(format_args!(
+            "adapter: {}{}, shaders {}",
+            found.describe(),
+            if found.is_software() {
+                ", a software driver"
+            } else {
+                ""
+            },
+            if found.takes_spirv() {
+                "untouched"
+            } else {
+                "through naga"
+            },
+        ))?;
+    }
+    Ok(())
+}
+
+fn show(
+    Loaded {
+        scene, prepared, ..
+    }: &Loaded,
+) -> anyhow::Result<()> {
+    say(format_args!("scene: {}", scene.path.display()))?;
+    say(format_args!(
+        "picture: {} × {} pixels, {} sample(s) a pixel",
+        scene.size[0],
+        scene.size[1],
+        scene.supersampling.pow(2)
+    ))?;
+    let camera = &prepared.camera;
+    say(format_args!(
+        "camera: eye {:.4?}, target {:.4?}, up {:?}, {}° field of view{}",
+        camera.eye,
+        camera.target,
+        camera.up,
+        scene.field_of_view,
+        if scene.camera.is_none() {
+            " (chosen)"
+        } else {
+            ""
+        }
+    ))?;
+    for prepared in &prepared.objects {
+        let object = &scene.objects[prepared.number];
+        let (mesh, map) = (&prepared.mesh, &prepared.map);
+        let report = &mesh.report;
+        say(format_args!("object {:?}:", object.name))?;
+        say(format_args!(
+            "  mesh {}: {} triangles, {} positions, {} bytes for the renderer",
+            object.mesh,
+            mesh.triangles.len(),
+            mesh.position_count,
+            size_of_val(prepared.triangles.as_slice())
+        ))?;
+        say(format_args!(
+            "    from {:.4?} to {:.4?}",
+            mesh.bounds.min.to_array(),
+            mesh.bounds.max.to_array()
+        ))?;
+        say(format_args!(
+            "    principal curvatures from {:.4} to {:.4} per unit",
+            report.smallest_curvature, report.largest_curvature
+        ))?;
+        let remarks = [
+            (
+                report.skipped_degenerate > 0,
+                format!(
+                    "{} triangles without area left out",
+                    report.skipped_degenerate
+                ),
+            ),
+            (
+                report.reversed_triangles > 0,
+                format!("{} triangles turned round", report.reversed_triangles),
+            ),
+            (report.computed_normals, "normals computed".to_string()),
+            (
+                report.projected_uvs,
+                "texture coordinates projected".to_string(),
+            ),
+        ];
+        for (_, remark) in remarks.iter().filter(|(applies, _)| *applies) {
+            say(format_args!("    {remark}"))?;
+        }
+        say(format_args!("  shape {}: {}", object.shape, describe(map)))?;
+        let parameters = &prepared.parameters;
+        say(format_args!(
+            "  extrusion: repeat {:?}, depth {}, e {}, b {}, c {}, {:?}, {} steps and {} bisections{}",
+            object.repeat,
+            parameters.depth,
+            parameters.extension,
+            parameters.bevel,
+            parameters.chamfer,
+            object.tier,
+            parameters.linear_steps,
+            parameters.binary_steps,
+            if object.cut_out { ", cut out" } else { "" }
+        ))?;
+    }
+    say(format_args!(
+        "prepared in {:.3} s",
+        prepared.preparation.as_secs_f64()
+    ))
+}

@@ -1,0 +1,300 @@
+//! `relievo bench`.
+
+use super::{Measured, measured_adapter};
+use crate::cli::limits::LimitArguments;
+use crate::cli::parse_size;
+use crate::cli::progress::Bar;
+use crate::cli::say;
+use crate::cli::session::{load, load_with};
+use anyhow::bail;
+use clap::Args;
+use relievo::Error;
+use relievo::file::write_bytes;
+use relievo::prepare::PreparedScene;
+use relievo::render::gpu::{Adapter, Choice, Extent, Shaders, choose};
+use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
+use relievo::scene::Tier;
+use relievo_studies::bench::{Backend, Summary, Table1, measure};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+#[derive(Args)]
+pub struct BenchSceneArguments {
+    /// Scene files
+    #[arg(required = true)]
+    scenes: Vec<PathBuf>,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the picture instead of the scene's
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Option<[u32; 2]>,
+    /// Timed frames per renderer, after one to warm up
+    #[arg(long, default_value_t = 9, value_parser = clap::value_parser!(u32).range(1..100_000))]
+    frames: u32,
+    #[command(flatten)]
+    limits: LimitArguments,
+}
+
+#[derive(Args)]
+pub struct BenchTable1Arguments {
+    /// Write table1.csv, table1.svg and table1.md into this folder
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Timed frames for each method and shape map, after one to warm up
+    #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..100_000))]
+    frames: u32,
+    /// Devices to measure
+    #[arg(long, value_enum, default_value_t = Measured::Both)]
+    backend: Measured,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the pictures
+    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
+    size: [u32; 2],
+    /// Folder with this project's meshes and patterns
+    #[arg(long, value_name = "DIR", default_value = "assets")]
+    assets: PathBuf,
+}
+
+/// `relievo bench scene`.
+pub fn scenes(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
+    let found = measured_adapter(Measured::Both, arguments.adapter.as_deref())?;
+    for path in &arguments.scenes {
+        scene(path, arguments, found.as_ref())?;
+    }
+    Ok(())
+}
+
+fn scene(
+    path: &Path,
+    arguments: &BenchSceneArguments,
+    found: Option<&Adapter>,
+) -> anyhow::Result<()> {
+    let loaded = load(path, arguments.size, &arguments.limits.limits())?;
+    let scene = &loaded.prepared;
+    say(format_args!(
+        "{}: {} × {} pixels, {} triangles; prepared in {:.1} ms",
+        path.display(),
+        scene.size[0],
+        scene.size[1],
+        scene.triangle_count(),
+        1e3 * scene.preparation.as_secs_f64()
+    ))?;
+    let mut cpu = CpuRenderer::new(scene);
+    let mut gpu = match found.map(|found| GpuRenderer::new(scene, found, Choice::Trusted)) {
+        Some(Ok(gpu)) => Some(gpu),
+        // Report the CPU's times all the same.
+        Some(Err(error @ RenderError::Limit { .. })) => {
+            say(format_args!("left out: {error}"))?;
+            None
+        }
+        Some(Err(error)) => return Err(Error::from(error).into()),
+        None => None,
+    };
+    // Alternate, so that noise affects both alike; the first round warms up.
+    let (mut cpu_times, mut gpu_times, mut pass_times) = (Vec::new(), Vec::new(), Vec::new());
+    for round in 0..=arguments.frames {
+        let start = Instant::now();
+        cpu.color(&scene.frame).map_err(Error::from)?;
+        let cpu_time = start.elapsed();
+        if round > 0 {
+            cpu_times.push(1e3 * cpu_time.as_secs_f64());
+        }
+        if let Some(gpu) = &mut gpu {
+            let gpu_time = gpu.time_color(&scene.frame).map_err(Error::from)?;
+            if round > 0 {
+                gpu_times.push(1e3 * gpu_time.wall.as_secs_f64());
+                pass_times.extend(gpu_time.pass.map(|pass| 1e3 * pass.as_secs_f64()));
+            }
+        }
+    }
+    report(&cpu.name(), &cpu_times)?;
+    let work = cpu.statistics(&scene.frame);
+    let each = |count: u64| count as f64 / work.hits.max(1) as f64;
+    say(format_args!(
+        "{} rays hit, after {:.2} steps and {:.2} prisms each",
+        work.hits,
+        each(work.steps),
+        each(work.prisms)
+    ))?;
+    match &gpu {
+        Some(gpu) => {
+            report(&gpu.name(), &gpu_times)?;
+            report("its render pass, by device timestamps", &pass_times)
+        }
+        None if found.is_none() => say(format_args!("no GPU adapter")),
+        None => Ok(()),
+    }
+}
+
+fn report(name: &str, times: &[f64]) -> anyhow::Result<()> {
+    let Some(time) = Summary::of(times) else {
+        return Ok(());
+    };
+    say(format_args!(
+        "{name}: median {:.2} ms a frame, from {:.2} to {:.2}, {} frames",
+        time.median,
+        time.minimum,
+        time.maximum,
+        times.len()
+    ))
+}
+
+/// Shaders that are timed against each other.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub enum Comparison {
+    /// The exact shaders and the fast ones, in every tier.
+    Exactness,
+    /// The shaders specialized for the scene and the general ones.
+    Specialization,
+}
+
+/// `relievo bench exactness` and `relievo bench specialization`.
+pub fn compare(arguments: &BenchSceneArguments, comparison: Comparison) -> anyhow::Result<()> {
+    let found = choose(arguments.adapter.as_deref()).map_err(Error::from)?;
+    let (names, shaders, tiers) = match comparison {
+        Comparison::Exactness if !found.takes_spirv() => bail!(
+            "{} does not take SPIR-V untouched, so there are no exact shaders to time",
+            found.describe()
+        ),
+        Comparison::Exactness => (
+            ["exact", "fast"],
+            [Shaders::Exact, Shaders::Fast].map(|shaders| (Choice::These(shaders), Extent::Needed)),
+            Tier::ALL.map(Some).to_vec(),
+        ),
+        Comparison::Specialization => (
+            ["special", "general"],
+            [Extent::Needed, Extent::Everything].map(|extent| (Choice::Trusted, extent)),
+            vec![None],
+        ),
+    };
+    say(format_args!("{}", found.describe()))?;
+    for path in &arguments.scenes {
+        for tier in &tiers {
+            let limits = arguments.limits.limits();
+            let loaded = load_with(path, arguments.size, &limits, |scene| {
+                for object in &mut scene.objects {
+                    object.tier = tier.unwrap_or(object.tier);
+                }
+            })?;
+            let scene = &loaded.prepared;
+            let renderer = |(choice, extent)| {
+                GpuRenderer::with_extent(scene, &found, choice, extent).map_err(Error::from)
+            };
+            let [first, second] = shaders;
+            let renderers = [renderer(first)?, renderer(second)?];
+            let what = match tier {
+                Some(tier) => format!("{}, {} tier", path.display(), tier.name()),
+                None => path.display().to_string(),
+            };
+            in_turn(&what, scene, arguments.frames, names, renderers)?;
+        }
+    }
+    Ok(())
+}
+
+/// Times two renderers of one scene in turn, and prints the comparison.
+fn in_turn(
+    what: &str,
+    scene: &PreparedScene,
+    frames: u32,
+    names: [&str; 2],
+    mut renderers: [GpuRenderer; 2],
+) -> anyhow::Result<()> {
+    let mut times = [Vec::new(), Vec::new()];
+    for round in 0..=frames {
+        for (renderer, times) in renderers.iter_mut().zip(&mut times) {
+            let time = renderer.time_color(&scene.frame).map_err(Error::from)?;
+            if round > 0 {
+                times.push(1e3 * time.pass.unwrap_or(time.wall).as_secs_f64());
+            }
+        }
+    }
+    let [first, second] = &times;
+    let summaries = (
+        Summary::of(first),
+        Summary::of(second),
+        Summary::of_ratios(first, second),
+    );
+    if let (Some(first), Some(second), Some(ratio)) = summaries {
+        let [one, other] = names;
+        say(format_args!(
+            "{what}, {} × {}: {one} {:.2} ms, {other} {:.2} ms (medians of {frames} frames in turn); {one} / {other} {:.3} (quartiles {:.3} to {:.3})",
+            scene.size[0],
+            scene.size[1],
+            first.median,
+            second.median,
+            ratio.median,
+            ratio.lower_quartile,
+            ratio.upper_quartile,
+        ))?;
+    }
+    Ok(())
+}
+
+/// `relievo bench table1`.
+pub fn table1(arguments: &BenchTable1Arguments) -> anyhow::Result<()> {
+    let found = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
+    let mut backends = Vec::new();
+    if arguments.backend != Measured::Gpu {
+        backends.push(Backend::Cpu);
+    }
+    if let Some(found) = &found {
+        let shaders: &[Shaders] = if found.takes_spirv() {
+            &[Shaders::Exact, Shaders::Fast]
+        } else {
+            &[Shaders::Portable]
+        };
+        backends.extend(shaders.iter().map(|shaders| Backend::Gpu(found, *shaders)));
+    }
+
+    let table = {
+        let bar = Bar::new();
+        measure(
+            &backends,
+            arguments.size,
+            arguments.frames,
+            &arguments.assets,
+            &|message, fraction| bar.show(message, fraction),
+        )
+    };
+    let table = table.map_err(|error| match error {
+        Error::Mesh(_) | Error::ShapeMap(_) => {
+            let assets = arguments.assets.display();
+            anyhow::Error::from(error).context(format!(
+                "{assets} does not hold this project's meshes and patterns; name the folder that does with --assets"
+            ))
+        }
+        error => error.into(),
+    })?;
+    // Print first, so that a full disk does not lose the measurement.
+    say(format_args!("{}", table.to_string().trim_end()))?;
+    match &arguments.output {
+        Some(folder) => write_files(&table, folder),
+        None => Ok(()),
+    }
+}
+
+fn write_files(table: &Table1, folder: &Path) -> anyhow::Result<()> {
+    let plot = folder.join("table1.svg");
+    let svg = table.to_svg().map_err(|message| Error::Encode {
+        path: plot.clone(),
+        message,
+    })?;
+    let text = format!(
+        "# Table 1 of the paper, measured\n\n\
+         Made by `relievo bench table1`; all results are also in \
+         [table1.csv](table1.csv).\n\n![The times as bars](table1.svg)\n\n{table}"
+    );
+    for (path, content) in [
+        (folder.join("table1.csv"), table.to_csv()),
+        (plot, svg),
+        (folder.join("table1.md"), text),
+    ] {
+        write_bytes(&path, content.as_bytes()).map_err(relievo::Error::from)?;
+        say(format_args!("{}", path.display()))?;
+    }
+    Ok(())
+}

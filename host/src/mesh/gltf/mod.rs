@@ -1,0 +1,126 @@
+//! glTF 2.0 files, as text (`.gltf`) or binary (`.glb`).
+//!
+//! The `gltf` crate parses the JSON description. Accessors are read here, each
+//! element on use, so that cost follows the number of triangles and not the
+//! counts that a file claims.
+
+mod buffers;
+mod document;
+mod numbers;
+mod parts;
+mod problem;
+#[cfg(test)]
+mod tests;
+mod triangles;
+
+use std::path::Path;
+
+use gltf::Semantic;
+
+use super::error::MeshError;
+use super::raw::RawMesh;
+use crate::Files;
+use buffers::{BufferError, Buffers};
+use document::{MAGIC, document, split};
+use parts::parts;
+use problem::Problem;
+
+/// Bytes that an object of the JSON description may take in memory. Files with
+/// more objects than the byte limit allows are refused before parsing.
+const OBJECT_BYTES: u64 = 512;
+
+/// Bytes of objects that are always allowed.
+const FREE: u64 = 1 << 20;
+
+/// Bytes in memory that the caller counts for each byte of a file.
+const COUNTED: u64 = 4;
+
+/// Returns whether a file is glTF, by its first bytes or its extension.
+pub(super) fn is_gltf(bytes: &[u8], path: &Path) -> bool {
+    let first = bytes
+        .strip_prefix(b"\xef\xbb\xbf")
+        .unwrap_or(bytes)
+        .iter()
+        .find(|byte| !byte.is_ascii_whitespace());
+    // No statement of an OBJ file starts with these.
+    bytes.starts_with(MAGIC)
+        || first == Some(&b'{')
+        || path.extension().is_some_and(|extension| {
+            extension.eq_ignore_ascii_case("gltf") || extension.eq_ignore_ascii_case("glb")
+        })
+}
+
+/// Parses a glTF file. Its buffers are read from `files`, relative to the folder
+/// of `path`.
+///
+/// # Errors
+///
+/// [`MeshError::Invalid`], [`MeshError::NoFaces`], [`MeshError::TooManyTriangles`],
+/// [`MeshError::TooLarge`].
+pub(super) fn parse(
+    files: &Files,
+    bytes: &[u8],
+    path: &Path,
+    triangle_limit: usize,
+    byte_limit: u64,
+) -> Result<RawMesh, MeshError> {
+    let failure = |Problem(problem)| MeshError::Invalid {
+        path: path.to_owned(),
+        problem,
+    };
+    let too_large = || MeshError::TooLarge {
+        path: path.to_owned(),
+        limit: byte_limit,
+    };
+    let (json, blob) = split(bytes).map_err(failure)?;
+    let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
+    if objects.saturating_mul(OBJECT_BYTES) / COUNTED > byte_limit.max(FREE) {
+        return Err(too_large());
+    }
+    let document = document(json).map_err(failure)?;
+    let parts = parts(&document).map_err(failure)?;
+
+    let mut count = 0_usize;
+    for part in &parts {
+        count = count.saturating_add(part.triangle_count().map_err(failure)?);
+        if count > triangle_limit {
+            return Err(MeshError::TooManyTriangles {
+                path: path.to_owned(),
+                count,
+                limit: triangle_limit,
+            });
+        }
+    }
+    if count == 0 {
+        return Err(MeshError::NoFaces {
+            path: path.to_owned(),
+        });
+    }
+
+    let buffers = Buffers::load(&document, &parts, files, path, blob, {
+        byte_limit.saturating_sub(bytes.len() as u64)
+    })
+    .map_err(|error| match error {
+        BufferError::Problem(problem) => failure(problem),
+        BufferError::TooLarge => too_large(),
+    })?;
+    let lacking = |semantic: Semantic| {
+        parts
+            .iter()
+            .find(|part| part.primitive.get(&semantic).is_none())
+    };
+    let without_uvs = lacking(Semantic::TexCoords(0)).map(|part| format!("in {}", part.name));
+    let mut mesh = RawMesh {
+        positions: Vec::new(),
+        normals: Vec::new(),
+        uvs: Vec::new(),
+        triangles: Vec::with_capacity(count),
+        face_without_uvs: without_uvs,
+    };
+    let has_normals = lacking(Semantic::Normals).is_none();
+    for part in &parts {
+        part.append(&buffers, has_normals, &mut mesh)
+            .map_err(|Problem(problem)| failure(format!("{}: {problem}", part.name).into()))?;
+    }
+    Ok(mesh)
+}

@@ -1,0 +1,198 @@
+//! Loads meshes: from a file, bytes, text, or data made in code.
+
+use std::io::ErrorKind;
+use std::path::Path;
+
+use super::bounds::Bounds;
+use super::data::MeshData;
+use super::error::MeshError;
+use super::options::MeshOptions;
+use super::prepare;
+use super::raw::RawMesh;
+use super::source::MeshSource;
+use super::triangles::Mesh;
+use super::{gltf, obj};
+use crate::Files;
+
+impl Mesh {
+    /// Loads the Wavefront OBJ or glTF 2.0 file at `path` and prepares it. The
+    /// format is detected from the content, else from the extension. Objects,
+    /// groups and the nodes of glTF's default scene are merged; materials are
+    /// ignored and need not exist.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`].
+    pub fn load(path: &Path, options: &MeshOptions) -> Result<Self, MeshError> {
+        let source = read(&Files::Disk, path, options)?;
+        prepare::prepare(&source, path, options)
+    }
+
+    /// Prepares a mesh made in code.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`] but those of reading a file.
+    pub fn from_data(data: &MeshData, options: &MeshOptions) -> Result<Self, MeshError> {
+        let source = data.source(options.limit())?;
+        prepare::prepare(&source, Path::new(&data.name), options)
+    }
+
+    /// Loads `source` from `files` and prepares it if `is_wanted` accepts its
+    /// bounding box; returns the bounding box alone otherwise.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`].
+    pub fn load_if(
+        files: &Files,
+        source: &MeshSource,
+        options: &MeshOptions,
+        is_wanted: &dyn Fn(&Bounds) -> bool,
+    ) -> Result<Result<Self, Bounds>, MeshError> {
+        let (path, source) = match source {
+            MeshSource::File(path) => (path.as_path(), read(files, path, options)?),
+            MeshSource::Data(data) => (Path::new(&data.name), data.source(options.limit())?),
+        };
+        let bounds = prepare::bounds(&source, path, options)?;
+        if is_wanted(&bounds) {
+            prepare::prepare(&source, path, options).map(Ok)
+        } else {
+            Ok(Err(bounds))
+        }
+    }
+
+    /// Prepares a mesh from the bytes of an OBJ or glTF file. `path` is named
+    /// in errors and its extension is used as in [`Mesh::load`]; further files
+    /// that a glTF file names are read from `files`.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`] but those of reading the file.
+    pub fn from_bytes(
+        files: &Files,
+        bytes: &[u8],
+        path: &Path,
+        options: &MeshOptions,
+    ) -> Result<Self, MeshError> {
+        let source = decode(files, bytes, path, options)?;
+        prepare::prepare(&source, path, options)
+    }
+
+    /// Prepares a mesh from the text of an OBJ file; `path` is named in errors
+    /// only.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`] but those of reading the file.
+    ///
+    /// # Examples
+    ///
+    /// ```
+    /// use relievo::mesh::{Mesh, MeshOptions, Projection};
+    /// use std::path::Path;
+    ///
+    /// let options = MeshOptions {
+    ///     projection: Some(Projection::PlanarZ),
+    ///     ..MeshOptions::default()
+    /// };
+    /// let text = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+    /// let mesh = Mesh::parse(text, Path::new("triangle.obj"), &options)?;
+    /// assert_eq!(mesh.triangles[0].corners[1].uv.to_array(), [1.0, 0.0]);
+    /// # Ok::<(), relievo::mesh::MeshError>(())
+    /// ```
+    pub fn parse(text: &str, path: &Path, options: &MeshOptions) -> Result<Self, MeshError> {
+        let source = obj::parse(text, path, options.limit())?;
+        prepare::prepare(&source, path, options)
+    }
+}
+
+/// Reads the OBJ or glTF file at `path`.
+///
+/// # Errors
+///
+/// [`MeshError::Read`], [`MeshError::IsDirectory`], [`MeshError::TooLarge`] and
+/// those of [`decode`].
+fn read(files: &Files, path: &Path, options: &MeshOptions) -> Result<RawMesh, MeshError> {
+    if files.is_folder(path) {
+        return Err(MeshError::IsDirectory {
+            path: path.to_owned(),
+        });
+    }
+    let bytes = files.read(path, options.byte_limit).map_err(|source| {
+        let path = path.to_owned();
+        if source.kind() == ErrorKind::FileTooLarge {
+            MeshError::TooLarge {
+                path,
+                limit: options.byte_limit,
+            }
+        } else {
+            MeshError::Read { path, source }
+        }
+    })?;
+    decode(files, &bytes, path, options)
+}
+
+/// Parses the bytes of an OBJ or glTF file.
+///
+/// # Errors
+///
+/// [`MeshError::NotUtf8`] and those of [`obj::parse`] and [`gltf::parse`].
+fn decode(
+    files: &Files,
+    bytes: &[u8],
+    path: &Path,
+    options: &MeshOptions,
+) -> Result<RawMesh, MeshError> {
+    if gltf::is_gltf(bytes, path) {
+        return gltf::parse(files, bytes, path, options.limit(), options.byte_limit);
+    }
+    let text = std::str::from_utf8(bytes).map_err(|error| {
+        let valid = &bytes[..error.valid_up_to()];
+        let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
+        MeshError::NotUtf8 {
+            path: path.to_owned(),
+            line,
+        }
+    })?;
+    obj::parse(text, path, options.limit())
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use super::*;
+
+    #[test]
+    fn errors_name_the_unreadable_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let read = |path: &Path, byte_limit| {
+            let options = MeshOptions {
+                byte_limit,
+                ..MeshOptions::default()
+            };
+            super::read(&Files::Disk, path, &options)
+        };
+        let error = |path: &Path| read(path, 1000).expect_err("unreadable");
+        assert!(matches!(
+            error(folder.path()),
+            MeshError::IsDirectory { .. }
+        ));
+        let missing = error(&folder.path().join("missing.obj"));
+        assert!(
+            matches!(missing, MeshError::Read { .. })
+                && missing.to_string().contains("missing.obj")
+        );
+        let latin1 = folder.path().join("latin1.obj");
+        fs::write(&latin1, b"v 0 0 0\n# \xe9\n").unwrap();
+        assert!(matches!(error(&latin1), MeshError::NotUtf8 { line: 2, .. }));
+        let good = folder.path().join("good.obj");
+        fs::write(&good, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").unwrap();
+        let length = fs::metadata(&good).unwrap().len();
+        assert_eq!(read(&good, length).unwrap().triangles.len(), 1);
+        let error = read(&good, length - 1).unwrap_err();
+        assert!(matches!(error, MeshError::TooLarge { .. }), "{error}");
+        assert!(error.to_string().contains("good.obj"), "{error}");
+    }
+}

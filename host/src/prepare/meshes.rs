@@ -1,0 +1,139 @@
+//! The meshes of a scene: each is loaded once.
+
+use super::step::Step;
+use crate::Error;
+use crate::limits::Account;
+use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell, MeshSource, MeshTriangle};
+use crate::scene::{Scene, SceneObject, Tier};
+use glam::{DQuat, DVec3, EulerRot};
+use relievo_shared::layout::{PrismData, Triangle};
+use std::sync::Arc;
+
+/// Meshes by the source and the options that they were made with.
+pub(super) type MeshCache = Vec<(MeshSource, MeshOptions, Arc<Mesh>)>;
+
+/// The mesh of an object.
+#[derive(Clone)]
+pub(super) struct LoadedMesh {
+    /// `None` where the object is not seen.
+    pub mesh: Option<Arc<Mesh>>,
+    /// The box around the mesh, world units.
+    pub bounds: Bounds,
+}
+
+/// Returns the meshes of the objects of `scene` that are seen.
+pub(super) fn cached(scene: &Scene, meshes: &[LoadedMesh]) -> MeshCache {
+    let objects = scene.objects.iter().zip(meshes);
+    objects
+        .filter_map(|(object, loaded)| {
+            let mesh = loaded.mesh.clone()?;
+            Some((object.mesh.clone(), mesh_options(object), mesh))
+        })
+        .collect()
+}
+
+/// Loads the mesh of each object; objects that share a mesh load it once.
+pub(super) fn load_meshes(
+    scene: &Scene,
+    is_seen: &dyn Fn(&Bounds) -> bool,
+    before: MeshCache,
+    account: &mut Account<'_>,
+    progress: &(dyn Fn(Step) + Sync),
+) -> Result<Vec<LoadedMesh>, Error> {
+    let mut triangles_left = scene.limits.triangles;
+    let mut loaded: Vec<(MeshSource, MeshOptions, LoadedMesh)> = Vec::new();
+    let mut meshes = Vec::with_capacity(scene.objects.len());
+    for object in &scene.objects {
+        let options = mesh_options(object);
+        let known = loaded
+            .iter()
+            .find(|(path, known, _)| *path == object.mesh && *known == options);
+        let mesh = match known {
+            Some((_, _, mesh)) => mesh.clone(),
+            None => {
+                let kept = before
+                    .iter()
+                    .find(|(path, known, _)| *path == object.mesh && *known == options)
+                    .filter(|(_, _, mesh)| is_seen(&mesh.bounds));
+                let made = match kept {
+                    Some((_, _, mesh)) => Ok(mesh.clone()),
+                    None => {
+                        progress(Step::Mesh(object.mesh.to_string().into()));
+                        let within = MeshOptions {
+                            triangle_limit: triangles_left
+                                .min(account.left(TRIANGLE_MADE) as usize),
+                            byte_limit: account.left(TEXT_BYTE),
+                            ..options.clone()
+                        };
+                        Mesh::load_if(&scene.files, &object.mesh, &within, is_seen)?.map(Arc::new)
+                    }
+                };
+                let mesh = match made {
+                    Ok(mesh) => {
+                        let count = mesh.triangles.len() as u64;
+                        let bytes = size_of::<MeshTriangle>() as u64;
+                        account.take(&object.mesh, count, bytes)?;
+                        LoadedMesh {
+                            bounds: mesh.bounds,
+                            mesh: Some(mesh),
+                        }
+                    }
+                    Err(bounds) => LoadedMesh { mesh: None, bounds },
+                };
+                loaded.push((object.mesh.clone(), options, mesh.clone()));
+                mesh
+            }
+        };
+        if let Some(mesh) = &mesh.mesh {
+            let count = mesh.triangles.len();
+            triangles_left = triangles_left.checked_sub(count).ok_or_else(|| Error::Object {
+                scene: scene.path.clone(),
+                name: object.name.clone(),
+                problem: format!(
+                    "its {count} triangles are beyond the limit of {} for all objects together; simplify the mesh, or raise the limit (--max-triangles)",
+                    scene.limits.triangles
+                ),
+            })?;
+            account.take(
+                format_args!("object {:?}", object.name),
+                count as u64,
+                drawn_bytes(object),
+            )?;
+        }
+        meshes.push(mesh);
+    }
+    Ok(meshes)
+}
+
+/// Options to load the mesh of `object` with.
+fn mesh_options(object: &SceneObject) -> MeshOptions {
+    MeshOptions {
+        projection: object.projection,
+        scale: object.scale,
+        rotation: rotation(object.rotate),
+        translation: DVec3::from(object.translate),
+        ..MeshOptions::default()
+    }
+}
+
+/// Estimated bytes of memory per byte of a mesh file while it is read: its text,
+/// the statements kept, and their numbers.
+const TEXT_BYTE: u64 = 4;
+
+/// Estimated bytes of memory per triangle while it is prepared.
+const TRIANGLE_MADE: u64 = 2 * size_of::<MeshTriangle>() as u64;
+
+/// Bytes of a triangle of `object` in a renderer.
+fn drawn_bytes(object: &SceneObject) -> u64 {
+    let plain = size_of::<Triangle>();
+    // A plan may choose the accurate tier.
+    let has_prisms = object.tier == Tier::Accurate || object.budget.is_some();
+    let prisms = size_of::<PrismData>() + size_of::<MeshShell>();
+    (plain + if has_prisms { prisms } else { 0 }) as u64
+}
+
+/// Rotation of a scene's `rotate`: degrees about x, y and z in turn.
+pub(crate) fn rotation(degrees: [f64; 3]) -> DQuat {
+    let [x, y, z] = degrees.map(f64::to_radians);
+    DQuat::from_euler(EulerRot::ZYX, z, y, x)
+}

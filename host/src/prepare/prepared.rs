@@ -1,0 +1,133 @@
+//! A prepared scene: plain data that renderers read.
+
+use super::camera::{finer, frame};
+use crate::mesh::{Bounds, Mesh, MeshShell};
+use crate::scene::{Camera, MapOptions, Scene};
+use crate::shape_map::ShapeMap;
+use crate::shell::narrow_shell;
+use glam::DVec3;
+use rayon::prelude::*;
+use relievo_shared::layout::{Frame, Object, PrismData, SEARCH_PRISMS, Triangle};
+use std::borrow::Cow;
+use std::sync::Arc;
+use std::time::Duration;
+
+/// A scene, ready for a renderer.
+pub struct PreparedScene {
+    /// Camera, light and picture size, one sample per pixel.
+    pub frame: Frame,
+    /// Width and height of the picture, pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel side.
+    pub supersampling: u32,
+    /// Linear RGB of pixels without a hit.
+    pub background: [f32; 3],
+    /// The objects, in drawing order.
+    pub objects: Vec<PreparedObject>,
+    /// Names of the objects that lie outside the picture and are not prepared.
+    pub outside: Vec<String>,
+    /// Centre of all objects, world units; positions are relative to it.
+    pub origin: DVec3,
+    /// Bounding box of all meshes, world units.
+    pub bounds: Bounds,
+    /// The camera, world units; the default one where the scene has none.
+    pub camera: Camera,
+    /// Time spent on loading, baking and planning.
+    pub preparation: Duration,
+}
+
+/// An object, ready for a renderer.
+pub struct PreparedObject {
+    /// The object's name.
+    pub name: String,
+    /// Its number in the scene, from 0.
+    pub number: usize,
+    /// Its parameters.
+    pub parameters: Object,
+    /// Its triangles, relative to the scene's origin.
+    pub triangles: Vec<Triangle>,
+    /// Its prisms, one for each triangle; empty unless the tier is accurate.
+    pub shells: Vec<PrismData>,
+    /// Its shape map; objects with the same pattern share it.
+    pub map: Arc<ShapeMap>,
+    /// Options that the map was made with, of a plain pattern.
+    pub map_options: MapOptions,
+    /// The mesh it came from; objects with the same mesh and transform share it.
+    pub mesh: Arc<Mesh>,
+}
+
+impl PreparedScene {
+    /// Returns the frame of a picture of `size` pixels from another camera, with
+    /// the light and field of view of `scene`, which is the scene that was
+    /// prepared.
+    pub fn frame_from(&self, scene: &Scene, camera: &Camera, size: [u32; 2]) -> Frame {
+        frame(scene, camera, self.origin, &self.bounds, size)
+    }
+
+    /// Returns the frame with `factor` samples per pixel side.
+    pub fn frame_with_samples(&self, factor: u32) -> Frame {
+        finer(&self.frame, factor)
+    }
+
+    /// Returns the same view of `object` alone.
+    pub(crate) fn alone(&self, object: PreparedObject) -> PreparedScene {
+        PreparedScene {
+            objects: vec![object],
+            outside: Vec::new(),
+            ..*self
+        }
+    }
+
+    /// Makes the prisms of every object, whatever its tier.
+    pub fn make_all_shells(&mut self) {
+        for object in &mut self.objects {
+            let shells = object.all_shells(self.origin).into_owned();
+            object.shells = shells;
+        }
+    }
+
+    /// Returns the number of triangles of all objects.
+    pub fn triangle_count(&self) -> usize {
+        self.objects
+            .iter()
+            .map(|object| object.triangles.len())
+            .sum()
+    }
+}
+
+impl PreparedObject {
+    /// Rounds `shells` to f32, for the object's depth.
+    pub(super) fn narrow_shells(&self, shells: &[MeshShell], origin: DVec3) -> Vec<PrismData> {
+        let depth = f64::from(self.parameters.depth);
+        shells
+            .par_iter()
+            .zip(&self.triangles)
+            .map(|(shell, triangle)| {
+                let uv = triangle.corners.map(|corner| corner.uv);
+                narrow_shell(shell, uv, depth, origin)
+            })
+            .collect()
+    }
+
+    /// Returns the prisms of all triangles, made by this call unless the tier is
+    /// accurate; `origin` is the scene's.
+    pub fn all_shells(&self, origin: DVec3) -> Cow<'_, [PrismData]> {
+        if self.shells.is_empty() {
+            Cow::Owned(self.narrow_shells(&self.mesh.shells(), origin))
+        } else {
+            Cow::Borrowed(&self.shells)
+        }
+    }
+
+    /// Returns the bytes of its map with default options: 16 bits a texel, one
+    /// texel per pixel of the pattern.
+    pub fn plain_map_bytes(&self) -> u64 {
+        let side = |texels: u32| u64::from(texels) * u64::from(self.map_options.reduction);
+        side(self.map.width()) * side(self.map.height()) * 2
+    }
+
+    /// Returns whether rays are followed through prisms.
+    pub fn has_prisms(&self) -> bool {
+        self.parameters.search == SEARCH_PRISMS
+    }
+}

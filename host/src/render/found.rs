@@ -1,0 +1,154 @@
+//! Hits of any model of the surface: the list of searches, for the CPU renderer.
+
+use crate::prepare::PreparedObject;
+use glam::Vec3;
+use relievo_shared::camera::reversed_depth;
+use relievo_shared::layout::{
+    PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Triangle,
+};
+use relievo_shared::model::prisms::{Home, PrismPlace};
+use relievo_shared::model::{Hit, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
+use relievo_shared::{for_each_search, trace};
+
+/// A type of facets that models are drawn over.
+pub(super) trait Facet {
+    /// A facet as models take it.
+    type Over<'a>;
+    /// Calls `run` with facet `index` of `object`.
+    fn over<R>(object: &PreparedObject, index: u32, run: impl FnOnce(&Self::Over<'_>) -> R) -> R;
+}
+
+impl Facet for Triangle {
+    type Over<'a> = Triangle;
+
+    #[inline]
+    fn over<R>(object: &PreparedObject, index: u32, run: impl FnOnce(&Triangle) -> R) -> R {
+        run(&object.triangles[index as usize])
+    }
+}
+
+impl Facet for PrismData {
+    type Over<'a> = Home<&'a [PrismData]>;
+
+    #[inline]
+    fn over<R>(
+        object: &PreparedObject,
+        index: u32,
+        run: impl FnOnce(&Home<&[PrismData]>) -> R,
+    ) -> R {
+        run(&Home {
+            prisms: &object.shells,
+            index,
+        })
+    }
+}
+
+/// Traces the ray over one facet, unless its hit must be behind the depth `best`.
+#[inline]
+fn find<M: Model<Over>, Over>(
+    ray: &Ray<'_>,
+    over: &Over,
+    texels: &[u32],
+    best: f32,
+) -> Option<(M::Entry, Traced<M::Place>)> {
+    let (meets, meeting) = M::meet(ray, over);
+    if !meets {
+        return None;
+    }
+    let (enters, entry) = M::enter(ray, over, &meeting);
+    // Nothing behind the entry can be nearer than the entry.
+    if !enters || reversed_depth(ray.frame, ray.direction, M::entry_t(&entry)) < best {
+        return None;
+    }
+    let traced = trace::trace::<M, _, _>(ray, over, texels, &entry);
+    Some((entry, traced))
+}
+
+/// The number of prisms that a ray crossed.
+pub(super) trait PrismCount {
+    fn prisms(&self) -> u32;
+}
+
+impl PrismCount for f32 {
+    fn prisms(&self) -> u32 {
+        0
+    }
+}
+
+impl PrismCount for PrismPlace {
+    fn prisms(&self) -> u32 {
+        self.prisms
+    }
+}
+
+/// One type for the hits of all models of the list.
+macro_rules! found {
+    ($($search:ident: $model:ident over $facet:ident
+        draws $color:ident $shadow:ident $geometry:ident
+        tiers { $($tiers:tt)* }
+        special { $($special:tt)* })*) => {
+        /// A hit, and what its colour depends on.
+        #[derive(Clone, Copy)]
+        pub(super) enum Found {
+            $($model(
+                <$model as Model<<$facet as Facet>::Over<'static>>>::Entry,
+                Traced<<$model as Model<<$facet as Facet>::Over<'static>>>::Place>,
+            ),)*
+        }
+
+        impl Found {
+            /// Traces the ray over facet `index` of `object`, unless its hit must be
+            /// behind the depth `best`.
+            pub(super) fn new(ray: &Ray<'_>, object: &PreparedObject, index: u32, best: f32) -> Option<Found> {
+                let texels = object.map.words();
+                match ray.object.search {
+                    $($search => <$facet as Facet>::over(object, index, |over| {
+                        let (entry, traced) = find::<$model, _>(ray, over, texels, best)?;
+                        Some(Found::$model(entry, traced))
+                    }),)*
+                    other => unreachable!("search {other}"),
+                }
+            }
+
+            /// The hit, without what only its model knows.
+            pub(super) fn hit(&self) -> &Hit {
+                match self {
+                    $(Found::$model(_, traced) => &traced.hit,)*
+                }
+            }
+
+            /// Number of prisms that the ray crossed.
+            pub(super) fn prisms(&self) -> u32 {
+                match self {
+                    $(Found::$model(_, traced) => traced.place.prisms(),)*
+                }
+            }
+
+            /// The unit normal that is lit.
+            pub(super) fn normal(&self, ray: &Ray<'_>, object: &PreparedObject, index: u32) -> Vec3 {
+                let texels = object.map.words();
+                match self {
+                    $(Found::$model(entry, traced) => <$facet as Facet>::over(object, index, |over| {
+                        trace::normals::<$model, _, _>(ray, over, texels, entry, traced).carved
+                    }),)*
+                }
+            }
+
+            /// Linear RGB.
+            pub(super) fn color(&self, ray: &Ray<'_>, object: &PreparedObject, index: u32) -> Vec3 {
+                let texels = object.map.words();
+                match self {
+                    $(Found::$model(entry, traced) => <$facet as Facet>::over(object, index, |over| {
+                        if ray.object.self_shadow != 0 {
+                            trace::color::<true, $model, _, _>(ray, over, texels, entry, traced)
+                        } else {
+                            trace::color::<false, $model, _, _>(ray, over, texels, entry, traced)
+                        }
+                    }),)*
+                }
+            }
+        }
+    };
+}
+
+for_each_search!(found);

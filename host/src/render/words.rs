@@ -1,0 +1,86 @@
+//! Pictures as words: the bits of f32, which are compared exactly.
+
+use relievo_shared::normals::CLASS_MISS;
+
+/// Linear colours, as the bits of f32.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColorWords {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// (red, green, blue, class) of each pixel, rows from the top.
+    pub words: Vec<[u32; 4]>,
+}
+
+impl ColorWords {
+    /// Returns the linear RGB of a pixel.
+    pub fn rgb(&self, x: u32, y: u32) -> [f32; 3] {
+        let [r, g, b, _] = self.words[y as usize * self.width as usize + x as usize];
+        [r, g, b].map(f32::from_bits)
+    }
+}
+
+/// What each pixel hits, as words; all 0 for a miss.
+///
+/// Pixels are numbered in rows from the top; [`crate::render::Hits`] gives the
+/// same per pixel, with position and object.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GeometryWords {
+    /// Width, pixels.
+    pub width: u32,
+    /// Height, pixels.
+    pub height: u32,
+    /// (t, u, v, δ) of each pixel, rows from the top.
+    pub place: Vec<[u32; 4]>,
+    /// (class + 256 · steps, N.x, N.y, N.z) of each pixel.
+    pub surface: Vec<[u32; 4]>,
+}
+
+impl GeometryWords {
+    /// Returns the distance along the ray in pixel `index`, world units.
+    pub fn t(&self, index: usize) -> f32 {
+        f32::from_bits(self.place[index][0])
+    }
+
+    /// Returns the texture coordinates in pixel `index`, within one
+    /// repeat of the pattern, v down.
+    pub fn uv(&self, index: usize) -> [f32; 2] {
+        let [_, u, v, _] = self.place[index];
+        [u, v].map(f32::from_bits)
+    }
+
+    /// Returns the depth fraction δ in pixel `index`: 0 at the surface, 1 at the
+    /// floor.
+    pub fn delta(&self, index: usize) -> f32 {
+        f32::from_bits(self.place[index][3])
+    }
+
+    /// Returns the surface class of pixel `index`, one of the `CLASS_` constants
+    /// of [`relievo_shared::normals`].
+    pub fn class(&self, index: usize) -> u32 {
+        self.surface[index][0] & 255
+    }
+
+    /// Returns the steps of the linear search in pixel `index`; 0 for a miss.
+    pub fn steps(&self, index: usize) -> u32 {
+        self.surface[index][0] >> 8
+    }
+
+    /// Returns the unit normal of the carved surface in pixel `index`, world axes.
+    pub fn normal(&self, index: usize) -> [f32; 3] {
+        let [_, x, y, z] = self.surface[index];
+        [x, y, z].map(f32::from_bits)
+    }
+
+    /// Returns the number of pixels with a hit, and their mean number of linear
+    /// steps.
+    pub fn coverage(&self) -> (usize, f64) {
+        let (mut covered, mut steps) = (0, 0_u64);
+        for index in (0..self.surface.len()).filter(|&index| self.class(index) != CLASS_MISS) {
+            covered += 1;
+            steps += u64::from(self.steps(index));
+        }
+        (covered, steps as f64 / covered.max(1) as f64)
+    }
+}

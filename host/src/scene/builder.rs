@@ -1,0 +1,198 @@
+//! Scenes in code: constructors and setters that can be chained.
+
+use super::{
+    Camera, Color, Light, MapOptions, Material, Scene, SceneObject, Shape, Technique, Tier,
+};
+use crate::mesh::{MeshSource, Projection};
+use crate::{Files, Limits};
+
+impl Scene {
+    /// Adds an object.
+    #[must_use]
+    pub fn object(mut self, object: SceneObject) -> Scene {
+        self.objects.push(object);
+        self
+    }
+
+    /// Sets width and height of the picture, pixels.
+    #[must_use]
+    pub fn size(mut self, width: u32, height: u32) -> Scene {
+        self.size = [width, height];
+        self
+    }
+
+    /// Sets whether four samples a pixel are drawn.
+    #[must_use]
+    pub fn supersample(mut self, is_on: bool) -> Scene {
+        self.supersampling = if is_on { 2 } else { 1 };
+        self
+    }
+
+    /// Sets the colour where no object is.
+    #[must_use]
+    pub fn background(mut self, color: Color) -> Scene {
+        self.background = color;
+        self
+    }
+
+    /// Sets the camera.
+    #[must_use]
+    pub fn camera(mut self, camera: Camera) -> Scene {
+        self.camera = Some(camera);
+        self
+    }
+
+    /// Sets the vertical field of view, degrees.
+    #[must_use]
+    pub fn field_of_view(mut self, degrees: f64) -> Scene {
+        self.field_of_view = degrees;
+        self
+    }
+
+    /// Sets the light.
+    #[must_use]
+    pub fn light(mut self, light: Light) -> Scene {
+        self.light = light;
+        self
+    }
+
+    /// Sets the limits of what the scene may load.
+    #[must_use]
+    pub fn limits(mut self, limits: Limits) -> Scene {
+        self.limits = limits;
+        self
+    }
+
+    /// Sets the files that the scene may read.
+    #[must_use]
+    pub fn files(mut self, files: Files) -> Scene {
+        self.files = files;
+        self
+    }
+}
+
+impl SceneObject {
+    /// Creates an object of `mesh` with the pattern `shape`. Texts are paths,
+    /// relative to the folder where the program runs.
+    pub fn new(mesh: impl Into<MeshSource>, shape: impl Into<Shape>) -> SceneObject {
+        let mut object = SceneObject {
+            mesh: mesh.into(),
+            shape: shape.into(),
+            ..SceneObject::default()
+        };
+        object.name = object.default_name();
+        object
+    }
+
+    /// Sets the technique, and parameters and effort to its defaults: call it
+    /// before their setters.
+    #[must_use]
+    pub fn with_technique(mut self, technique: Technique) -> SceneObject {
+        self.set_technique(technique);
+        self
+    }
+
+    /// Sets the tier, and the effort to its default: call it before
+    /// [`SceneObject::steps`] and [`SceneObject::bisections`].
+    #[must_use]
+    pub fn tier(mut self, tier: Tier) -> SceneObject {
+        self.tier = tier;
+        self.set_default_effort();
+        self
+    }
+
+    /// Sets the extension e, pattern widths.
+    #[must_use]
+    pub fn extension(mut self, widths: f64) -> SceneObject {
+        self.extrusion.extension = widths;
+        self
+    }
+
+    /// Sets the bevel b, pattern widths per unit of depth.
+    #[must_use]
+    pub fn bevel(mut self, widths: f64) -> SceneObject {
+        self.extrusion.bevel = widths;
+        self
+    }
+
+    /// Sets the chamfer c, 0…1.
+    #[must_use]
+    pub fn chamfer(mut self, part: f64) -> SceneObject {
+        self.extrusion.chamfer = part;
+        self
+    }
+
+    /// Sets the repeats of the pattern along u and v.
+    #[must_use]
+    pub fn repeat(mut self, u: impl Into<f64>, v: impl Into<f64>) -> SceneObject {
+        self.repeat = [u.into(), v.into()];
+        self
+    }
+}
+
+/// Defines setters of fields that need no conversion but `Some`.
+macro_rules! setters {
+    ($($(#[$doc:meta])* $name:ident: $type:ty $(, $wrap:ident)?;)*) => {
+        impl SceneObject {
+            $(
+                $(#[$doc])*
+                #[must_use]
+                pub fn $name(mut self, $name: $type) -> SceneObject {
+                    self.$name = setters!(@ $name $($wrap)?);
+                    self
+                }
+            )*
+        }
+    };
+    (@ $value:ident) => { $value };
+    (@ $value:ident $wrap:ident) => { $wrap($value) };
+}
+
+setters! {
+    /// Sets the pixels of the longer side of a drawing or text, 8…32768.
+    raster: u32, Some;
+    /// Sets how the pattern is stored.
+    map: MapOptions;
+    /// Sets the depth of the floor, world units, > 0.
+    depth: f64, Some;
+    /// Sets whether the accurate tier reduces a depth that the surface is too
+    /// curved for.
+    clamp_depth: bool;
+    /// Sets the error budget, pixels, 0.01…100.
+    budget: f64, Some;
+    /// Sets the tolerance of the accurate tier, pixels, 0.0001…16.
+    tolerance: f64;
+    /// Sets the distance before the hit at which a search may end, pixels, 0…16.
+    slack: f64;
+    /// Sets the largest number of steps, 1…65536.
+    steps: u32;
+    /// Sets the largest number of bisections, 0…64.
+    bisections: u32;
+    /// Sets whether there is no floor.
+    cut_out: bool;
+    /// Sets whether columns cast shadows on the object.
+    self_shadow: bool;
+    /// Sets texture coordinates in place of the mesh's own.
+    projection: Projection, Some;
+    /// Sets the luma below which a pixel is pattern, 1…255.
+    threshold: u8;
+    /// Sets whether the light pixels are the pattern.
+    invert: bool;
+    /// Sets colours and gloss.
+    material: Material;
+    /// Sets the uniform scale, > 0.
+    scale: f64;
+    /// Sets the rotation about x, then y, then z, degrees.
+    rotate: [f64; 3];
+    /// Sets the translation, world units.
+    translate: [f64; 3];
+}
+
+impl SceneObject {
+    /// Sets the name in messages.
+    #[must_use]
+    pub fn named(mut self, name: impl Into<String>) -> SceneObject {
+        self.name = name.into();
+        self
+    }
+}

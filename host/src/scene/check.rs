@@ -1,0 +1,155 @@
+//! Checks of scenes, whether they were read from a file or made in code.
+
+use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT};
+use super::{Scene, SceneError, SceneObject, Search, Shape, Tier};
+use glam::DVec3;
+
+/// Longest path that operating systems open, bytes.
+const LONGEST_PATH: usize = 4096;
+/// Longest text of a pattern, characters.
+const LONGEST_TEXT: usize = 4096;
+/// Smallest sine of the angle between the view and the up direction.
+const LEAST_UP: f64 = 1e-6;
+
+/// A key with its tables, and what is wrong with its value.
+type Problem = (String, String);
+
+impl Scene {
+    /// Checks that every value is in its range and that values fit each other.
+    /// Readers of scene files and [`prepare`](crate::prepare::prepare) call it.
+    ///
+    /// ```
+    /// use relievo::scene::{Scene, SceneObject};
+    ///
+    /// let object = SceneObject::new("torus.obj", "discs.png").depth(-1.0);
+    /// let error = Scene::default().object(object).check().unwrap_err();
+    /// assert_eq!(
+    ///     error.to_string(),
+    ///     "scene: object 1: depth is -1.0; it goes from 1e-9 to 1e9 world units"
+    /// );
+    /// ```
+    ///
+    /// # Errors
+    /// [`SceneError::Invalid`] for the first value that is not allowed.
+    pub fn check(&self) -> Result<(), SceneError> {
+        check(self).map_err(|(key, problem)| SceneError::Invalid {
+            path: self.path.clone(),
+            key,
+            problem,
+        })
+    }
+}
+
+fn check(scene: &Scene) -> Result<(), Problem> {
+    ranges(scene, IMAGE, "image.")?;
+    ranges(scene, CAMERA, "camera.")?;
+    ranges(scene, LIGHT, "light.")?;
+    if !(1..=2).contains(&scene.supersampling) {
+        let problem = format!(
+            "is {} samples per pixel side; it is 1 or 2",
+            scene.supersampling
+        );
+        return Err(("image.supersample".to_string(), problem));
+    }
+    camera(scene)?;
+    if scene.light.direction == [0.0; 3] {
+        let problem = "has no length; it points towards the light";
+        return wrong("light.direction", problem);
+    }
+    if scene.objects.is_empty() {
+        return wrong("object", "is missing; add one with a mesh and a shape");
+    }
+    let limit = scene.limits.objects;
+    if scene.objects.len() > limit {
+        let problem = format!(
+            "is beyond the limit of {limit} objects; leave some out, or raise the limit (--max-objects)"
+        );
+        return wrong(&format!("object {}", limit + 1), &problem);
+    }
+    for (index, checked) in scene.objects.iter().enumerate() {
+        object(checked, &format!("object {}: ", index + 1))?;
+    }
+    Ok(())
+}
+
+fn wrong(key: &str, problem: &str) -> Result<(), Problem> {
+    Err((key.to_string(), problem.to_string()))
+}
+
+/// Checks the ranges of the fields that `keys` set.
+fn ranges<T>(owner: &T, keys: &[Key<T>], prefix: &str) -> Result<(), Problem> {
+    keys.iter().try_for_each(|key| match key.get(owner) {
+        Some(value) => key
+            .check(&value)
+            .map_err(|problem| (format!("{prefix}{}", key.name), problem)),
+        None => Ok(()),
+    })
+}
+
+fn camera(scene: &Scene) -> Result<(), Problem> {
+    let Some(camera) = scene.camera else {
+        return Ok(());
+    };
+    let [eye, target, up] = [camera.eye, camera.target, camera.up].map(DVec3::from);
+    let forward = (target - eye).normalize_or_zero();
+    if forward == DVec3::ZERO {
+        let problem = "is the same point as camera.target; move one of them";
+        return wrong("camera.eye", problem);
+    }
+    if forward.cross(up.normalize_or_zero()).length() < LEAST_UP {
+        let problem = "points along the view; choose another direction, such as [0, 0, 1]";
+        return wrong("camera.up", problem);
+    }
+    Ok(())
+}
+
+fn object(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
+    let wrong = |name: &str, problem: &str| wrong(&format!("{prefix}{name}"), problem);
+    for (name, path) in object.named_files() {
+        let length = path.as_os_str().len();
+        if length == 0 {
+            return wrong(name, "is empty; name a file");
+        }
+        if length > LONGEST_PATH {
+            return wrong(
+                name,
+                &format!("is longer than {LONGEST_PATH} bytes; name a file"),
+            );
+        }
+    }
+    ranges(object, OBJECT, prefix)?;
+    ranges(object, MATERIAL, &format!("{prefix}material."))?;
+    if let Shape::Text(lettering) = &object.shape {
+        if lettering.text.chars().all(char::is_whitespace) {
+            return wrong("shape.text", "has no letters; write some");
+        }
+        if lettering.text.chars().count() > LONGEST_TEXT {
+            let problem = format!("is longer than {LONGEST_TEXT} characters; shorten it");
+            return wrong("shape.text", &problem);
+        }
+        ranges(lettering, TEXT, &format!("{prefix}shape."))?;
+    }
+    let reduction = object.map.reduction;
+    if !reduction.is_power_of_two() {
+        let problem = format!("is {reduction}; it is a power of two");
+        return wrong("map_reduction", &problem);
+    }
+    match (object.search, object.tier) {
+        (Search::Relief, Tier::Accurate) => {
+            let problem = "has no relief mapping; use tier = \"fast\", or another technique";
+            return wrong("tier", problem);
+        }
+        // The paper's D is never negative, and neither is D − e.
+        (_, Tier::Paper) if object.extrusion.extension < 0.0 => {
+            let problem =
+                "is negative, which the paper's algorithms do not know; use tier = \"fast\"";
+            return wrong("extension", problem);
+        }
+        _ => {}
+    }
+    if let (Search::Relief, Some(_)) = (object.search, object.budget) {
+        let problem = "cannot be kept by relief mapping; use another technique";
+        return wrong("error_px", problem);
+    }
+    Ok(())
+}

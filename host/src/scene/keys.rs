@@ -1,0 +1,548 @@
+//! The table of scene keys. Reading, writing and checking of scenes, the
+//! viewer's sliders and the reference page (docs/scene.md) follow from it: a new
+//! key is one entry here, and the field that it sets.
+//!
+//! ```
+//! use relievo::scene::{SceneObject, keys};
+//!
+//! let key = keys::find(keys::OBJECT, "tolerance").unwrap();
+//! assert_eq!(key.range, Some((1e-4, 16.0)));
+//! let mut object = SceneObject::default();
+//! assert!(key.set_number(&mut object, 0.5));
+//! assert_eq!(object.tolerance, 0.5);
+//! ```
+
+use super::value::{Field, number};
+use super::{Camera, Color, Scene, SceneObject, Search, Shape, Technique, Tier};
+use crate::mesh::{MeshSource, Projection};
+use crate::shape_map::{LARGEST_RASTER, Lettering, SMALLEST_RASTER, Storage};
+use std::path::PathBuf;
+use toml::Value;
+
+/// Largest width or height of a picture, pixels.
+pub const LARGEST_PICTURE_SIDE: u32 = 16_384;
+/// Largest number of steps of the linear search.
+pub const LARGEST_STEPS: u32 = 65_536;
+/// Range of error budgets, pixels.
+pub const BUDGETS: (f64, f64) = (0.01, 100.0);
+/// Range of tolerances, pixels.
+pub const TOLERANCES: (f64, f64) = (1e-4, 16.0);
+/// Largest absolute value of a coordinate.
+const FAR: f64 = 1e9;
+
+/// A key of scene files that sets a field of `T`.
+pub struct Key<T: 'static> {
+    /// Name, without that of the table.
+    pub name: &'static str,
+    /// Description, Markdown.
+    pub doc: &'static str,
+    /// Unit of the numbers; may be empty.
+    pub unit: &'static str,
+    /// Lowest and highest number allowed.
+    pub range: Option<(f64, f64)>,
+    /// Slider in the viewer.
+    pub slider: Option<Slider>,
+    /// Whether a file has to have the key.
+    pub(super) is_required: bool,
+    /// Whether the key is written even where it has its default.
+    pub(super) is_always_written: bool,
+    /// Whether an error budget chooses the value.
+    pub(super) is_planned: bool,
+    default: &'static str,
+    applies: fn(&T) -> Result<(), &'static str>,
+    kind: fn() -> String,
+    get: fn(&T) -> Option<Value>,
+    set: fn(&mut T, Option<&Value>) -> bool,
+}
+
+/// The slider of a key in the viewer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slider {
+    /// Label.
+    pub label: &'static str,
+    /// Lowest and highest value of the slider; more may be typed.
+    pub range: (f64, f64),
+    /// Whether the scale is logarithmic.
+    pub is_logarithmic: bool,
+}
+
+/// Creates the entry of a field: the type that it belongs to, name of the key,
+/// field, type of the field, description.
+macro_rules! key {
+    ($owner:ty, $name:literal, $($field:ident).+: $type:ty, $doc:literal) => {
+        Key::<$owner>::new(
+            $name,
+            $doc,
+            <$type>::kind,
+            |owner| owner.$($field).+.to_toml(),
+            |owner, value| match <$type>::from_toml(value) {
+                Some(value) => {
+                    owner.$($field).+ = value;
+                    true
+                }
+                None => false,
+            },
+        )
+    };
+}
+
+/// Creates the entry of a field of the camera, which a scene may lack.
+macro_rules! camera_key {
+    ($name:literal, $field:ident, $doc:literal) => {
+        Key::<Scene>::new(
+            $name,
+            $doc,
+            <[f64; 3]>::kind,
+            |scene| scene.camera.and_then(|camera| camera.$field.to_toml()),
+            |scene, value| match <[f64; 3]>::from_toml(value) {
+                Some(value) => {
+                    let camera = scene.camera.get_or_insert(Camera::new([0.0; 3], [0.0; 3]));
+                    camera.$field = value;
+                    true
+                }
+                None => false,
+            },
+        )
+        .range(-FAR, FAR)
+        .unit("world units")
+    };
+}
+
+/// Keys of the table `[image]`.
+pub static IMAGE: &[Key<Scene>] = &[
+    key!(Scene, "size", size: [u32; 2], "Width and height of the picture.")
+        .range(1.0, LARGEST_PICTURE_SIDE as f64)
+        .unit("pixels")
+        .always_written(),
+    Key::new(
+        "supersample",
+        "Draws four samples a pixel.",
+        bool::kind,
+        |scene: &Scene| (scene.supersampling > 1).to_toml(),
+        |scene, value| match bool::from_toml(value) {
+            Some(is_on) => {
+                scene.supersampling = if is_on { 2 } else { 1 };
+                true
+            }
+            None => false,
+        },
+    ),
+    key!(Scene, "background", background: Color, "Colour where no object is.").range(0.0, 1.0),
+];
+
+/// Keys of the table `[camera]`.
+pub static CAMERA: &[Key<Scene>] = &[
+    camera_key!(
+        "eye",
+        eye,
+        "Position of the eye. Without it, the whole scene is shown from its front, right and above."
+    ),
+    camera_key!(
+        "target",
+        target,
+        "Point in the centre of the picture; needs `eye`."
+    )
+    .default("`[0, 0, 0]`"),
+    camera_key!("up", up, "Up direction, not along the view; needs `eye`.")
+        .default("`[0, 1, 0]`")
+        .unit(""),
+    key!(Scene, "fov", field_of_view: f64, "Vertical field of view.")
+        .range(0.01, 179.0)
+        .unit("°")
+        .slider("Field of view", 5.0, 120.0),
+];
+
+/// Keys of the table `[light]`.
+pub static LIGHT: &[Key<Scene>] = &[
+    key!(Scene, "direction", light.direction: [f64; 3], "Direction towards the light, of any length but zero.").range(-FAR, FAR),
+    key!(Scene, "color", light.color: Color, "Colour of the directional light.").range(0.0, 1.0),
+    key!(Scene, "intensity", light.intensity: f64, "Factor of the directional light.")
+        .range(0.0, 1000.0)
+        .slider("Intensity", 0.0, 4.0),
+    key!(Scene, "ambient", light.ambient: Color, "Colour of the ambient light.").range(0.0, 1.0),
+];
+
+/// Keys of a table `[[object]]`. Those that change the defaults of others come
+/// before them.
+pub static OBJECT: &[Key<SceneObject>] = &[
+    key!(SceneObject, "name", name: String, "Name in messages and in the viewer.")
+        .default("the mesh file's"),
+    key!(SceneObject, "mesh", mesh: MeshSource, "Wavefront OBJ, or glTF 2.0 (`.gltf`, `.glb`): the triangles of its default scene.")
+        .required(),
+    key!(SceneObject, "shape", shape: Shape, "PNG, JPEG, WebP, TIFF or other image, an SVG, a map made by `relievo bake`, or the table of a text (below). Dark pixels are extruded.")
+        .required(),
+    key!(SceneObject, "raster", raster: Option<u32>, "Pixels of the longer side of a pattern that is an SVG or a text.")
+        .range(SMALLEST_RASTER as f64, LARGEST_RASTER as f64)
+        .default("512")
+        .logarithmic_slider("Pixels of the longer side", SMALLEST_RASTER as f64, 4096.0),
+    key!(SceneObject, "repeat", repeat: [f64; 2], "Repeats of the pattern along u and v.")
+        .range(1e-3, 1e5)
+        .slider("Repeats along", 1.0, 64.0),
+    key!(SceneObject, "depth", depth: Option<f64>, "Depth of the floor below the surface.")
+        .range(1e-9, 1e9)
+        .unit("world units")
+        .default("4 % of the mesh's diagonal"),
+    Key::new(
+        "technique",
+        "How geometry is made of the pattern; `relief` is relief mapping, the baseline.",
+        Technique::kind,
+        |object: &SceneObject| object.technique().to_toml(),
+        |object, value| match Technique::from_toml(value) {
+            Some(technique) => {
+                object.set_technique(technique);
+                true
+            }
+            None => false,
+        },
+    )
+    .default("the simplest with the parameters given"),
+    key!(SceneObject, "extension", extrusion.extension: f64, "Extension e: growth of the pattern. Not for `basic`.")
+        .range(-1.0, 2.0)
+        .unit("widths")
+        .default("0; 0.02 for `outward`")
+        .slider("Extension e", -0.2, 0.3),
+    key!(SceneObject, "bevel", extrusion.bevel: f64, "Bevel b: growth of the pattern per unit of depth. For `beveled`, `chamfered` and `relief`.")
+        .range(0.0, 10.0)
+        .unit("widths/depth")
+        .default("0.08; 0 for `relief`")
+        .slider("Bevel b", 0.0, 0.5),
+    key!(SceneObject, "chamfer", extrusion.chamfer: f64, "Chamfer c: part of the depth where the bevel ends. For `chamfered` and `relief`.")
+        .range(0.0, 1.0)
+        .unit("of the depth")
+        .default("0.6; 1 for `relief`")
+        .slider("Chamfer c", 0.0, 1.0),
+    key!(SceneObject, "error_px", budget: Option<f64>, "[Error budget](index.md#error-budgets): the planner finds the cheapest tier, tolerance, slack, steps and map that keep it. Excludes their keys, and `relief`.")
+        .range(BUDGETS.0, BUDGETS.1)
+        .unit("px")
+        .when(|object| match object.search {
+            Search::Extrusion => Ok(()),
+            Search::Relief => Err("cannot be kept by relief mapping; use another technique"),
+        })
+        .logarithmic_slider("Error", BUDGETS.0, BUDGETS.1),
+    Key::new(
+        "tier",
+        "Model of the surface along a ray: `fast` bends the ray, `accurate` follows it through curved prisms without holes, `planar` does not bend it (no silhouettes), `paper` is the paper's algorithms as printed, mistakes included.",
+        Tier::kind,
+        |object: &SceneObject| object.tier.to_toml(),
+        |object, value| match Tier::from_toml(value) {
+            Some(tier) => {
+                object.tier = tier;
+                object.set_default_effort();
+                true
+            }
+            None => false,
+        },
+    )
+    .planned(),
+    key!(SceneObject, "tolerance", tolerance: f64, "Largest distance between a ray and its approximation, in the accurate tier.")
+        .range(TOLERANCES.0, TOLERANCES.1)
+        .unit("px")
+        .when(is_accurate)
+        .planned()
+        .logarithmic_slider("Tolerance", TOLERANCES.0, TOLERANCES.1),
+    key!(SceneObject, "clamp_depth", clamp_depth: bool, "In the accurate tier, reduces a depth that the surface is too curved for, in place of an error.")
+        .when(is_accurate)
+        .planned(),
+    key!(SceneObject, "slack", slack: f64, "Distance before the hit at which a search may end: saves the last and smallest steps. Not for the tier `paper` and `relief`.")
+        .range(0.0, 16.0)
+        .unit("px")
+        .when(|object| {
+            if object.tier == Tier::Paper || object.search == Search::Relief {
+                Err("has no meaning for the paper's search and for relief mapping; leave it out")
+            } else {
+                Ok(())
+            }
+        })
+        .planned()
+        .slider("Slack", 0.0, 4.0),
+    key!(SceneObject, "steps", steps: u32, "Largest number of steps of the linear search.")
+        .range(1.0, LARGEST_STEPS as f64)
+        .default("96; 256 for `accurate`, 25 for `paper` and `relief`")
+        .planned()
+        .logarithmic_slider("Steps", 1.0, 4096.0),
+    key!(SceneObject, "bisections", bisections: u32, "Largest number of bisections after it.")
+        .range(0.0, 64.0)
+        .default("8; 10 for `accurate`, 5 for `paper` and `relief`")
+        .planned()
+        .logarithmic_slider("Bisections", 0.0, 24.0),
+    key!(SceneObject, "map_bits", map.storage: Storage, "Bits of a texel of the shape map that is made of a plain pattern.")
+        .planned(),
+    key!(SceneObject, "map_reduction", map.reduction: u32, "Pixels of the pattern along each side of a texel; a power of two.")
+        .range(1.0, 4096.0)
+        .planned(),
+    key!(SceneObject, "cut_out", cut_out: bool, "Leaves out the floor: only the columns remain."),
+    key!(SceneObject, "self_shadow", self_shadow: bool, "Lets columns cast shadows on the object they stand on."),
+    key!(SceneObject, "projection", projection: Option<Projection>, "Texture coordinates in place of the mesh's own.")
+        .default("the mesh's own"),
+    key!(SceneObject, "threshold", threshold: u8, "Luma below which a pixel is pattern.")
+        .range(1.0, 255.0)
+        .logarithmic_slider("Threshold", 1.0, 255.0),
+    key!(SceneObject, "invert", invert: bool, "Makes the light pixels the pattern."),
+    key!(SceneObject, "scale", scale: f64, "Uniform scale, before rotation.")
+        .range(1e-9, 1e9)
+        .logarithmic_slider("Scale", 0.01, 100.0),
+    key!(SceneObject, "rotate", rotate: [f64; 3], "Rotation about x, then y, then z.")
+        .range(-FAR, FAR)
+        .unit("°")
+        .slider("Rotation about", -180.0, 180.0),
+    key!(SceneObject, "translate", translate: [f64; 3], "Translation, last.")
+        .range(-FAR, FAR)
+        .unit("world units"),
+];
+
+/// Keys of the table `[object.material]`.
+pub static MATERIAL: &[Key<SceneObject>] = &[
+    key!(SceneObject, "cap", material.cap: Color, "Colour of the mesh surface on the pattern.")
+        .range(0.0, 1.0),
+    key!(SceneObject, "wall", material.wall: Color, "Colour of upright walls.").range(0.0, 1.0),
+    key!(SceneObject, "bevel", material.bevel: Color, "Colour of bevels and chamfers.")
+        .range(0.0, 1.0),
+    key!(SceneObject, "floor", material.floor: Color, "Colour of the floor between the columns.")
+        .range(0.0, 1.0),
+    key!(SceneObject, "specular", material.specular: f64, "Strength of the highlight.")
+        .range(0.0, 1.0)
+        .slider("Highlight", 0.0, 1.0),
+    key!(SceneObject, "shininess", material.shininess: u32, "Exponent of the highlight.")
+        .range(1.0, 127.0)
+        .logarithmic_slider("Shininess", 1.0, 127.0),
+];
+
+/// Keys of the table `shape` of an object whose pattern is a text.
+pub static TEXT: &[Key<Lettering>] = &[
+    key!(Lettering, "text", text: String, "The text, with `\\n` between lines.").required(),
+    key!(Lettering, "font", font: Option<PathBuf>, "Font file.").default("built in"),
+    key!(Lettering, "margin", margin: f64, "Free margin on each side.")
+        .range(0.0, 10.0)
+        .unit("line heights"),
+];
+
+/// Tolerance and clamping exist in the accurate tier.
+fn is_accurate(object: &SceneObject) -> Result<(), &'static str> {
+    match object.tier {
+        Tier::Accurate => Ok(()),
+        _ => Err("has no meaning in this tier; write tier = \"accurate\""),
+    }
+}
+
+/// Returns the key of this name.
+pub fn find<T>(keys: &'static [Key<T>], name: &str) -> Option<&'static Key<T>> {
+    keys.iter().find(|key| key.name == name)
+}
+
+impl<T> Key<T> {
+    const fn new(
+        name: &'static str,
+        doc: &'static str,
+        kind: fn() -> String,
+        get: fn(&T) -> Option<Value>,
+        set: fn(&mut T, Option<&Value>) -> bool,
+    ) -> Key<T> {
+        Key {
+            name,
+            doc,
+            unit: "",
+            range: None,
+            slider: None,
+            is_required: false,
+            is_always_written: false,
+            is_planned: false,
+            default: "",
+            applies: |_| Ok(()),
+            kind,
+            get,
+            set,
+        }
+    }
+
+    /// Limits every number of the value.
+    const fn range(mut self, low: f64, high: f64) -> Self {
+        self.range = Some((low, high));
+        self
+    }
+
+    const fn unit(mut self, unit: &'static str) -> Self {
+        self.unit = unit;
+        self
+    }
+
+    /// Describes a default that is not the field's.
+    const fn default(mut self, default: &'static str) -> Self {
+        self.default = default;
+        self
+    }
+
+    /// Makes the key an error where `applies` returns one.
+    const fn when(mut self, applies: fn(&T) -> Result<(), &'static str>) -> Self {
+        self.applies = applies;
+        self
+    }
+
+    /// Marks a value that an error budget chooses.
+    const fn planned(mut self) -> Self {
+        self.is_planned = true;
+        self
+    }
+
+    const fn required(mut self) -> Self {
+        self.is_required = true;
+        self.always_written()
+    }
+
+    /// Writes the key even where it has its default.
+    const fn always_written(mut self) -> Self {
+        self.is_always_written = true;
+        self
+    }
+
+    const fn slider(mut self, label: &'static str, low: f64, high: f64) -> Self {
+        self.slider = Some(Slider {
+            label,
+            range: (low, high),
+            is_logarithmic: false,
+        });
+        self
+    }
+
+    const fn logarithmic_slider(mut self, label: &'static str, low: f64, high: f64) -> Self {
+        self.slider = Some(Slider {
+            label,
+            range: (low, high),
+            is_logarithmic: true,
+        });
+        self
+    }
+
+    /// Returns the default in words, Markdown.
+    pub(super) fn default_text(&self, default: &T) -> String {
+        if !self.default.is_empty() {
+            return self.default.to_string();
+        }
+        (self.get)(default).map_or_else(String::new, |value| format!("`{value}`"))
+    }
+
+    /// Returns the type in words.
+    pub(super) fn kind(&self) -> String {
+        (self.kind)()
+    }
+
+    /// Returns the value of the field; `None` where a file leaves the key out.
+    pub(super) fn get(&self, owner: &T) -> Option<Value> {
+        (self.get)(owner)
+    }
+
+    /// Sets the field; returns `false` where the value has another type, and
+    /// sets nothing.
+    pub(super) fn set(&self, owner: &mut T, value: &Value) -> bool {
+        (self.set)(owner, Some(value))
+    }
+
+    /// Copies the field of `from`.
+    pub(super) fn copy(&self, owner: &mut T, from: &T) {
+        (self.set)(owner, (self.get)(from).as_ref());
+    }
+
+    /// Returns an error where the key has no meaning for `owner`.
+    pub(super) fn applies(&self, owner: &T) -> Result<(), &'static str> {
+        (self.applies)(owner)
+    }
+
+    /// Returns whether numbers are whole.
+    pub fn is_whole(&self) -> bool {
+        self.kind() == u32::kind()
+    }
+
+    /// Returns the value, if it is a number.
+    pub fn number(&self, owner: &T) -> Option<f64> {
+        number(&self.get(owner)?)
+    }
+
+    /// Sets a number, rounded where whole numbers are expected; returns `false`
+    /// where the key does not hold a number, or the number is out of range.
+    pub fn set_number(&self, owner: &mut T, value: f64) -> bool {
+        if self
+            .range
+            .is_some_and(|(low, high)| !(low..=high).contains(&value))
+        {
+            return false;
+        }
+        let value = match self.is_whole() {
+            true => Value::Integer(value.round() as i64),
+            false => Value::Float(value),
+        };
+        self.set(owner, &value)
+    }
+
+    /// Checks the numbers of a value.
+    pub(super) fn check(&self, value: &Value) -> Result<(), String> {
+        let Some((low, high)) = self.range else {
+            return Ok(());
+        };
+        let is_in = |value: &Value| number(value).is_none_or(|x| (low..=high).contains(&x));
+        let unit = match self.unit {
+            "" => String::new(),
+            unit => format!(" {unit}"),
+        };
+        let (low, high) = (bound(low), bound(high));
+        match value {
+            Value::Array(parts) if !parts.iter().all(is_in) => {
+                let shown = shown(value);
+                if low == format!("-{high}") {
+                    Err(format!(
+                        "is {shown}; its numbers are finite and at most {high}"
+                    ))
+                } else {
+                    Err(format!(
+                        "is {shown}; its numbers go from {low} to {high}{unit}"
+                    ))
+                }
+            }
+            Value::Array(_) => Ok(()),
+            value if is_in(value) => Ok(()),
+            value => Err(format!(
+                "is {}; it goes from {low} to {high}{unit}",
+                shown(value)
+            )),
+        }
+    }
+
+    /// Returns the problem with a value of the wrong type.
+    pub(super) fn expected(&self, value: &Value) -> String {
+        let range = match self.range {
+            Some((low, high)) if self.is_number() => {
+                format!(" from {} to {}", bound(low), bound(high))
+            }
+            _ => String::new(),
+        };
+        format!("is {}; expected {}{range}", shown(value), self.kind())
+    }
+
+    /// Returns whether the type is a single number.
+    fn is_number(&self) -> bool {
+        self.is_whole() || self.kind() == f64::kind()
+    }
+}
+
+/// Formats a bound of a range.
+pub(super) fn bound(x: f64) -> String {
+    match x.abs() {
+        y if y != 0.0 && !(1e-4..1e6).contains(&y) => format!("{x:e}"),
+        _ => x.to_string(),
+    }
+}
+
+/// Largest number of characters of a value in a message.
+const SHOWN: usize = 80;
+
+/// Formats a value for a message.
+fn shown(value: &Value) -> String {
+    match value {
+        Value::Table(_) => "a table".to_string(),
+        value => {
+            let text = value.to_string();
+            match text.char_indices().nth(SHOWN) {
+                Some((end, _)) => format!("{}…", &text[..end]),
+                None => text,
+            }
+        }
+    }
+}

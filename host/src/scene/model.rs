@@ -1,0 +1,99 @@
+//! The scene: picture, camera, light and objects.
+
+use super::{Color, SceneObject};
+use crate::{Files, Limits};
+use std::path::PathBuf;
+
+/// A scene. The ranges of the fields are those of the keys in [`super::keys`];
+/// [`Scene::check`] checks them.
+#[derive(Clone, Debug)]
+pub struct Scene {
+    /// The file it was read from; for messages.
+    pub path: PathBuf,
+    /// The text of the file, for the metadata of pictures.
+    pub text: String,
+    /// Width and height of the picture, pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel side: 1, or 2 for 4× supersampling.
+    pub supersampling: u32,
+    /// Colour where no object is.
+    pub background: Color,
+    /// The camera; `None` shows the whole scene from its front, right and above.
+    pub camera: Option<Camera>,
+    /// Vertical field of view, degrees.
+    pub field_of_view: f64,
+    /// The light.
+    pub light: Light,
+    /// The objects.
+    pub objects: Vec<SceneObject>,
+    /// Limits of what the scene may load.
+    pub limits: Limits,
+    /// Files that the scene may read.
+    pub files: Files,
+}
+
+impl Default for Scene {
+    /// A scene without objects, which may read any file within the default limits.
+    fn default() -> Scene {
+        Scene {
+            path: PathBuf::from("scene"),
+            text: String::new(),
+            size: [800, 600],
+            supersampling: 1,
+            background: Color::from_hex(0xe9edf2),
+            camera: None,
+            field_of_view: 45.0,
+            light: Light::default(),
+            objects: Vec::new(),
+            limits: Limits::trusting(),
+            files: Files::Disk,
+        }
+    }
+}
+
+/// Position and orientation of the camera.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Camera {
+    /// Position of the eye, world units.
+    pub eye: [f64; 3],
+    /// Point in the centre of the picture, world units.
+    pub target: [f64; 3],
+    /// Up direction; need not be perpendicular to the view.
+    pub up: [f64; 3],
+}
+
+impl Camera {
+    /// Creates an upright camera.
+    pub fn new(eye: [f64; 3], target: [f64; 3]) -> Camera {
+        Camera {
+            eye,
+            target,
+            up: [0.0, 1.0, 0.0],
+        }
+    }
+}
+
+/// A directional light and an ambient one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Direction towards the light; of any length but zero.
+    pub direction: [f64; 3],
+    /// Colour of the directional light.
+    pub color: Color,
+    /// Factor of the directional light.
+    pub intensity: f64,
+    /// Colour of the ambient light.
+    pub ambient: Color,
+}
+
+impl Default for Light {
+    /// Light from the upper right.
+    fn default() -> Light {
+        Light {
+            direction: [0.5, 0.8, 0.6],
+            color: Color::from_hex(0xfff6e8),
+            intensity: 1.0,
+            ambient: Color::from_hex(0x5a6470),
+        }
+    }
+}

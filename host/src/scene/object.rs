@@ -1,0 +1,245 @@
+//! Objects of a scene: a mesh, a pattern, and how one is wrapped around the other.
+
+use super::{Color, Search, Shape, Tier};
+use crate::mesh::{MeshSource, Projection};
+use crate::shape_map::Storage;
+use std::path::{Path, PathBuf};
+
+/// Default tolerance of the accurate tier, pixels.
+const DEFAULT_TOLERANCE: f64 = 0.02;
+/// Default luma below which a pixel is pattern.
+const DEFAULT_THRESHOLD: u8 = 128;
+
+/// Parameters of the extrusions (section 2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extrusion {
+    /// Extension e, pattern widths.
+    pub extension: f64,
+    /// Bevel b, pattern widths per unit of δ.
+    pub bevel: f64,
+    /// Chamfer c, 0…1: the δ where the bevel ends.
+    pub chamfer: f64,
+}
+
+impl Default for Extrusion {
+    /// Upright walls, without extension.
+    fn default() -> Extrusion {
+        Extrusion {
+            extension: 0.0,
+            bevel: 0.0,
+            chamfer: 1.0,
+        }
+    }
+}
+
+/// How the shape map of a plain pattern is stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct MapOptions {
+    /// Form of a texel.
+    pub storage: Storage,
+    /// Pixels of the pattern along each side of a texel; a power of two.
+    pub reduction: u32,
+}
+
+impl MapOptions {
+    /// Floats, one texel a pixel.
+    pub const FINEST: MapOptions = MapOptions {
+        storage: Storage::R32F,
+        reduction: 1,
+    };
+}
+
+impl Default for MapOptions {
+    /// 16 bits, one texel a pixel.
+    fn default() -> MapOptions {
+        MapOptions {
+            storage: Storage::R16,
+            reduction: 1,
+        }
+    }
+}
+
+/// Colours and gloss of an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Colour of the caps: the mesh surface on the pattern.
+    pub cap: Color,
+    /// Colour of upright walls.
+    pub wall: Color,
+    /// Colour of bevels and chamfers.
+    pub bevel: Color,
+    /// Colour of the floor between the columns.
+    pub floor: Color,
+    /// Strength of the highlight, 0…1.
+    pub specular: f64,
+    /// Exponent of the highlight, 1…127.
+    pub shininess: u32,
+}
+
+impl Default for Material {
+    fn default() -> Material {
+        Material {
+            cap: Color::from_hex(0xd8b45c),
+            wall: Color::from_hex(0xb0502e),
+            bevel: Color::from_hex(0xe8cf94),
+            floor: Color::from_hex(0x3d5a73),
+            specular: 0.25,
+            shininess: 40,
+        }
+    }
+}
+
+/// An object: a mesh with a pattern wrapped around it. The ranges of the fields
+/// are those of the keys in [`super::keys`].
+#[derive(Clone, Debug, PartialEq)]
+pub struct SceneObject {
+    /// Name in messages; by default the name of the mesh file.
+    pub name: String,
+    /// The mesh.
+    pub mesh: MeshSource,
+    /// The pattern.
+    pub shape: Shape,
+    /// Pixels of the longer side of a pattern that is a drawing or text; `None`
+    /// is [`DEFAULT_RASTER`](crate::shape_map::DEFAULT_RASTER).
+    pub raster: Option<u32>,
+    /// How the pattern is stored; must be the default for a baked shape map.
+    pub map: MapOptions,
+    /// Repeats of the pattern along u and v.
+    pub repeat: [f64; 2],
+    /// Depth S_z of the floor, world units; `None` is 4 % of the mesh's diagonal.
+    pub depth: Option<f64>,
+    /// Whether the accurate tier reduces a depth that the surface is too curved
+    /// for, in place of an error.
+    pub clamp_depth: bool,
+    /// Parameters of the extrusion.
+    pub extrusion: Extrusion,
+    /// How hits are searched for.
+    pub search: Search,
+    /// Largest error, pixels: the planner chooses tier, tolerance, slack, steps
+    /// and map. `None` keeps the values given here.
+    pub budget: Option<f64>,
+    /// Model of the surface.
+    pub tier: Tier,
+    /// Largest distance between a ray and its approximation in the accurate
+    /// tier, pixels.
+    pub tolerance: f64,
+    /// Distance before the hit at which a search may end, pixels.
+    pub slack: f64,
+    /// Largest number of steps of the linear search.
+    pub steps: u32,
+    /// Largest number of bisections after it.
+    pub bisections: u32,
+    /// Whether there is no floor.
+    pub cut_out: bool,
+    /// Whether columns cast shadows on the object they stand on.
+    pub self_shadow: bool,
+    /// Texture coordinates in place of the mesh's own.
+    pub projection: Option<Projection>,
+    /// Luma below which a pixel is pattern.
+    pub threshold: u8,
+    /// Whether the light pixels are the pattern.
+    pub invert: bool,
+    /// Colours and gloss.
+    pub material: Material,
+    /// Uniform scale, before rotation.
+    pub scale: f64,
+    /// Rotation about x, then y, then z, degrees.
+    pub rotate: [f64; 3],
+    /// Translation, last, world units.
+    pub translate: [f64; 3],
+}
+
+impl Default for SceneObject {
+    /// An object without a mesh and a shape, which have to be set.
+    fn default() -> SceneObject {
+        let tier = Tier::default();
+        let (steps, bisections) = tier.default_effort();
+        SceneObject {
+            name: "object".to_string(),
+            mesh: MeshSource::File(PathBuf::new()),
+            shape: Shape::File(PathBuf::new()),
+            raster: None,
+            map: MapOptions::default(),
+            repeat: [1.0; 2],
+            depth: None,
+            clamp_depth: false,
+            extrusion: Extrusion::default(),
+            search: Search::default(),
+            budget: None,
+            tier,
+            tolerance: DEFAULT_TOLERANCE,
+            slack: 0.0,
+            steps,
+            bisections,
+            cut_out: false,
+            self_shadow: false,
+            projection: None,
+            threshold: DEFAULT_THRESHOLD,
+            invert: false,
+            material: Material::default(),
+            scale: 1.0,
+            rotate: [0.0; 3],
+            translate: [0.0; 3],
+        }
+    }
+}
+
+impl SceneObject {
+    /// Returns the paths of all files that the object names.
+    pub fn files(&self) -> impl Iterator<Item = &Path> {
+        self.named_files().map(|(_, path)| path)
+    }
+
+    /// Returns the key and the path of all files that the object names.
+    pub(super) fn named_files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
+        let shape = match self.shape {
+            Shape::Text(_) => "shape.font",
+            _ => "shape",
+        };
+        let mesh = self.mesh.file().map(|path| ("mesh", path));
+        mesh.into_iter()
+            .chain(self.shape.file().map(|path| (shape, path)))
+    }
+
+    /// As [`SceneObject::named_files`], for other paths to be set.
+    pub(super) fn files_mut(&mut self) -> Vec<(&'static str, &mut PathBuf)> {
+        let mut files = Vec::new();
+        if let MeshSource::File(path) = &mut self.mesh {
+            files.push(("mesh", path));
+        }
+        match &mut self.shape {
+            Shape::File(path) => files.push(("shape", path)),
+            Shape::Text(lettering) => {
+                files.extend(lettering.font.as_mut().map(|path| ("shape.font", path)))
+            }
+            Shape::Pattern(_) | Shape::Drawing(_) => {}
+        }
+        files
+    }
+
+    /// Returns the name of an object that is given none.
+    pub(super) fn default_name(&self) -> String {
+        match self.mesh.label() {
+            name if name.is_empty() => "object".to_string(),
+            name => name,
+        }
+    }
+
+    /// Returns the default number of steps and bisections for tier and search.
+    pub(super) fn default_effort(&self) -> (u32, u32) {
+        match self.search {
+            Search::Relief => Tier::Paper.default_effort(),
+            Search::Extrusion => self.tier.default_effort(),
+        }
+    }
+
+    /// Sets steps and bisections to their defaults.
+    pub(super) fn set_default_effort(&mut self) {
+        (self.steps, self.bisections) = self.default_effort();
+    }
+
+    /// Returns the `SEARCH_` constant of the shared layouts.
+    pub fn search_code(&self) -> u32 {
+        relievo_shared::shaders::search_of(self.tier.code(), self.search == Search::Relief)
+    }
+}

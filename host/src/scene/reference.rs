@@ -1,0 +1,113 @@
+//! The reference page of scene files, docs/scene.md.
+
+use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, bound};
+use super::{Scene, SceneObject};
+use crate::shape_map::Lettering;
+use std::fmt::Write;
+
+const INTRODUCTION: &str = "# Scenes
+
+A scene is a TOML file. Five lines are enough: every key but an object's `mesh`
+and `shape` has a default. Paths are relative to the scene file and stay near it
+([Limits](limits.md#which-files-a-scene-reads)). Colours are `\"#rrggbb\"` or three numbers from 0 to 1, in
+sRGB. Unknown keys, and values out of range, are errors with line and column.
+
+```toml
+[[object]]
+mesh = \"../meshes/torus.obj\"
+shape = \"../patterns/letters.png\"   # dark pixels are extruded
+repeat = [12, 6]
+depth = 0.08
+```
+
+This page is generated from the table of keys in `host/src/scene/keys.rs`.
+";
+
+/// Returns the text of the reference page, Markdown.
+///
+/// ```
+/// let page = relievo::scene::reference::page();
+/// assert!(page.contains("| `depth` | a number | 4 % of the mesh's diagonal |"));
+/// ```
+pub fn page() -> String {
+    let mut page = INTRODUCTION.to_string();
+    let scene = Scene::default();
+    table(&mut page, "[image]", "The picture.", IMAGE, &scene);
+    table(&mut page, "[camera]", "The camera.", CAMERA, &scene);
+    table(
+        &mut page,
+        "[light]",
+        "A directional light and an ambient one.",
+        LIGHT,
+        &scene,
+    );
+    let object = SceneObject::default();
+    table(
+        &mut page,
+        "[[object]]",
+        "An object; a scene has one or more.",
+        OBJECT,
+        &object,
+    );
+    table(
+        &mut page,
+        "[object.material]",
+        "Colours and gloss of the object above.",
+        MATERIAL,
+        &object,
+    );
+    let text = "A text as pattern, such as `shape = { text = \"ABC\", margin = 0.1 }`.";
+    table(&mut page, "shape", text, TEXT, &Lettering::new(""));
+    page
+}
+
+/// Appends the table of some keys.
+fn table<T>(page: &mut String, title: &str, doc: &str, keys: &[Key<T>], default: &T) {
+    let header = "| key | type | default | range | meaning |\n|---|---|---|---|---|";
+    writeln!(page, "\n## `{title}`\n\n{doc}\n\n{header}").expect("strings take any text");
+    for key in keys {
+        let range = match key.range {
+            // Part of the type of colours.
+            Some((low, high)) if !key.kind().contains("colour") => {
+                if low == -high {
+                    format!("±{} {}", bound(high), key.unit)
+                } else {
+                    format!("{}…{} {}", bound(low), bound(high), key.unit)
+                }
+            }
+            _ => key.unit.to_string(),
+        };
+        let kind = key.kind();
+        let kind = kind.split_once(':').map_or(kind.as_str(), |(kind, _)| kind);
+        let default = match key.is_required {
+            true => "required".to_string(),
+            false => key.default_text(default),
+        };
+        let line = format!(
+            "| `{}` | {kind} | {default} | {} | {} |",
+            key.name,
+            range.trim(),
+            key.doc
+        );
+        writeln!(page, "{line}").expect("strings take any text");
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    #[test]
+    fn the_committed_page_is_up_to_date() {
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/scene.md");
+        let page = super::page();
+        if std::env::var_os("RELIEVO_UPDATE_GOLDEN").is_some() {
+            std::fs::write(&path, page).unwrap();
+            return;
+        }
+        assert!(
+            std::fs::read_to_string(&path).is_ok_and(|committed| committed == page),
+            "docs/scene.md is stale; run RELIEVO_UPDATE_GOLDEN=1 cargo test -p relievo --lib reference"
+        );
+    }
+}

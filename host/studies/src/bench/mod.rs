@@ -1,0 +1,15 @@
+//! Frame times: measurement, statistics, tables and plots. Times are never
+//! tested against a limit; machines differ.
+
+mod plan;
+mod plot;
+mod report;
+mod statistics;
+mod table1;
+mod timed;
+
+pub use plan::{Method, PatternRow, ROWS, Surface};
+pub(crate) use report::{quoted, significant, write_aligned};
+pub use statistics::Summary;
+pub use table1::{Cell, Run, Table1, measure};
+pub use timed::{Backend, Clock, Timed};

@@ -1,0 +1,356 @@
+//! Interactive viewer: a scene to orbit, with a slider for every parameter.
+//!
+//! ```text
+//! picture    pointer, keys      → camera; draws the picture
+//! panel      widgets            → scene
+//! controls   sliders for the parameters of a scene
+//! orbit      camera motion
+//! workshop   scene              → prepared scene, in the background
+//! stage      prepared, camera   → words → screen, on the window's device
+//! watch      finished work      → repaint
+//! governor   frame times        → resolution in motion
+//! present    words              → screen, on the GPU
+//! display    words              → colours, also on the CPU
+//! errors     prepared, camera   → errors against the oracle
+//! dropped    dropped files      → scene
+//! saving     scene, screen      → files
+//! platform   desktop or browser
+//! probe      state of the window as data
+//! ```
+//!
+//! ```no_run
+//! use relievo::scene::Scene;
+//! use relievo_viewer::native::{Options, run};
+//! use std::path::Path;
+//!
+//! # fn main() -> Result<(), relievo::Error> {
+//! let options = Options {
+//!     folder: "out".into(),
+//!     adapter: None,
+//!     size: [1200.0, 760.0],
+//!     probe: None,
+//! };
+//! run(Scene::load(Path::new("torus.toml"))?, &options)
+//! # }
+//! ```
+
+mod controls;
+pub mod display;
+pub mod dropped;
+mod errors;
+mod governor;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod native;
+pub mod orbit;
+mod panel;
+mod picture;
+pub mod platform;
+pub mod present;
+pub mod probe;
+mod saving;
+pub mod stage;
+pub mod watch;
+#[cfg(target_arch = "wasm32")]
+pub mod web;
+mod wireframe;
+mod workshop;
+
+use display::{Scale, Show};
+use dropped::Arrived;
+use eframe::egui::{self, Ui};
+use eframe::egui_wgpu;
+use errors::ErrorPicture;
+use governor::Governor;
+use platform::Platform;
+use present::Look;
+use probe::{Collector, Probe};
+use relievo::budget::PlannedScene;
+use relievo::prepare::PreparedScene;
+use relievo::scene::{Camera, Scene, Tier};
+use relievo_bitwise::Device;
+use relievo_shared::layout::Frame;
+use saving::{Caption, Shot};
+use stage::Stage;
+use std::sync::Arc;
+use std::time::Duration;
+use watch::Wake;
+use web_time::Instant;
+use wireframe::Wireframe;
+use workshop::{Delivery, Order, Workshop};
+
+/// Time after the last change until the picture is drawn at full resolution.
+const REST: Duration = Duration::from_millis(150);
+/// Time after which to poll for an event that should have been reported.
+const PATIENCE: Duration = Duration::from_millis(250);
+
+/// A scene in a window.
+pub struct Viewer {
+    platform: Box<dyn Platform>,
+    scene: Scene,
+    selected: usize,
+    /// Name of saved files, without an extension.
+    name: String,
+    camera: Option<Camera>,
+    /// Tier shown beside the scene's own.
+    compared: Option<Tier>,
+    split: f32,
+    show: Show,
+    has_wireframe: bool,
+    has_errors: bool,
+
+    workshop: Workshop,
+    ordered: u64,
+    shown: u64,
+    prepared: Vec<Arc<PreparedScene>>,
+    wireframe: Option<Wireframe>,
+
+    stage: Stage,
+    egui_renderer: Arc<egui::mutex::RwLock<egui_wgpu::Renderer>>,
+    screen: Option<egui::TextureId>,
+    governor: Governor,
+    drawn: Option<Drawn>,
+    moved: Instant,
+    errors: Option<egui::TextureHandle>,
+    /// Number of the picture being checked against the oracle.
+    checking: Option<u64>,
+    check: u64,
+
+    message: String,
+    is_wrong: bool,
+    /// Caption of a picture being rendered for a file.
+    saving: Option<Caption>,
+    shot: Shot,
+    dropped: Arrived,
+    started: Instant,
+    probe: Probe,
+    told: Probe,
+}
+
+/// Inputs that determine the picture on the screen.
+#[derive(Clone, Debug, PartialEq)]
+struct Drawn {
+    number: u64,
+    camera: Camera,
+    look: Look,
+    size: [u32; 2],
+}
+
+impl Viewer {
+    /// Creates a viewer of `scene` on the device of `context`.
+    ///
+    /// # Errors
+    /// There is no such device, or it fails.
+    pub fn new(
+        context: &eframe::CreationContext<'_>,
+        scene: Scene,
+        platform: Box<dyn Platform>,
+        started: Instant,
+    ) -> Result<Viewer, relievo::Error> {
+        let state = context.wgpu_render_state.as_ref().ok_or_else(|| {
+            relievo::render::RenderError::NoAdapter {
+                wanted: "for the window".to_string(),
+                found: "it is drawn without one".to_string(),
+            }
+        })?;
+        let device = Device::shared(&state.adapter, state.device.clone(), state.queue.clone())
+            .map_err(relievo::render::RenderError::from)?;
+        let egui = context.egui_ctx.clone();
+        let wake: Wake = Arc::new(move || egui.request_repaint());
+        let stage = Stage::new(device, wake.clone())?;
+        let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy();
+        let mut viewer = Viewer {
+            name: format!("{stem}-view"),
+            camera: scene.camera,
+            platform,
+            scene,
+            selected: 0,
+            compared: None,
+            split: 0.5,
+            show: Show::Color,
+            has_wireframe: false,
+            has_errors: false,
+            workshop: Workshop::new(wake),
+            ordered: 0,
+            shown: 0,
+            prepared: Vec::new(),
+            wireframe: None,
+            stage,
+            egui_renderer: state.renderer.clone(),
+            screen: None,
+            governor: Governor::default(),
+            drawn: None,
+            moved: started,
+            errors: None,
+            checking: None,
+            check: 0,
+            message: "Preparing the scene …".to_string(),
+            is_wrong: false,
+            saving: None,
+            shot: Shot::default(),
+            dropped: Arrived::default(),
+            started,
+            probe: Probe::default(),
+            told: Probe::default(),
+        };
+        viewer.order(false);
+        Ok(viewer)
+    }
+
+    /// Orders the preparation of the current scene.
+    fn order(&mut self, anew: bool) {
+        self.ordered += 1;
+        self.moved = Instant::now();
+        // The workshop drops an earlier check.
+        self.checking = None;
+        let mut scenes = vec![self.scene.clone()];
+        if let Some(tier) = self.compared {
+            let mut other = self.scene.clone();
+            for object in &mut other.objects {
+                object.budget = None;
+                object.tier = tier;
+                object.tidy();
+            }
+            scenes.push(other);
+        }
+        self.workshop.order(Order::Prepare {
+            number: self.ordered,
+            scenes,
+            anew,
+        });
+    }
+
+    /// Receives finished deliveries.
+    fn receive(&mut self, context: &egui::Context) {
+        while let Some(delivery) = self.workshop.delivery() {
+            match delivery {
+                Delivery::Prepared(number, Ok(scenes)) => self.show_scenes(number, scenes),
+                Delivery::Prepared(number, Err(problem)) => {
+                    // Keep what is shown; the next change may be better.
+                    self.complain(problem);
+                    self.shown = number;
+                }
+                Delivery::Checked(number, errors) => {
+                    self.checking = self.checking.filter(|checking| *checking != number);
+                    match errors {
+                        Ok(errors) => self.show_errors(context, number, &errors),
+                        Err(problem) => self.complain(problem),
+                    }
+                }
+            }
+        }
+    }
+
+    fn show_scenes(&mut self, number: u64, scenes: Vec<PlannedScene>) {
+        let all: Vec<&PreparedScene> = scenes.iter().map(|planned| &planned.scene).collect();
+        self.shown = number;
+        self.drawn = None;
+        if let Err(error) = self.stage.put(&all) {
+            self.prepared.clear();
+            return self.complain(error.to_string());
+        }
+        if let Some(PlannedScene {
+            scene: first,
+            plans,
+        }) = scenes.first()
+        {
+            self.camera.get_or_insert(first.camera);
+            self.wireframe = Wireframe::of(first);
+            let plans = plans.iter().flatten();
+            let plans: Vec<String> = plans.map(|plan| format!("; {plan}")).collect();
+            self.say(format!(
+                "{} triangles, prepared in {:.0} ms{}",
+                first.triangle_count(),
+                first.preparation.as_secs_f64() * 1e3,
+                plans.concat()
+            ));
+        }
+        let scenes = scenes.into_iter();
+        self.prepared = scenes.map(|planned| Arc::new(planned.scene)).collect();
+    }
+
+    fn show_errors(&mut self, context: &egui::Context, number: u64, errors: &ErrorPicture) {
+        if number != self.check {
+            return;
+        }
+        let picture = &errors.picture;
+        let size = [picture.width as usize, picture.height as usize];
+        let image = egui::ColorImage::from_rgb(size, &picture.bytes);
+        let nearest = egui::TextureOptions::NEAREST;
+        self.errors = Some(context.load_texture("error", image, nearest));
+        self.say(errors.text.clone());
+    }
+
+    fn say(&mut self, message: String) {
+        (self.message, self.is_wrong) = (message, false);
+    }
+
+    fn complain(&mut self, message: String) {
+        tracing::warn!("{message}");
+        (self.message, self.is_wrong) = (message, true);
+    }
+
+    /// Returns whether something changed a moment ago.
+    fn is_moving(&self) -> bool {
+        self.moved.elapsed() < REST || self.ordered != self.shown
+    }
+
+    fn set_camera(&mut self, camera: Camera) {
+        if self.camera != Some(camera) {
+            self.camera = Some(camera);
+            self.moved = Instant::now();
+        }
+    }
+
+    /// Returns a frame of each scene from the camera, of `size` pixels.
+    fn frames(&self, camera: &Camera, size: [u32; 2]) -> Vec<Frame> {
+        let prepared = self.prepared.iter();
+        prepared
+            .map(|scene| scene.frame_from(&self.scene, camera, size))
+            .collect()
+    }
+
+    /// Returns the display settings of pictures from `camera`.
+    fn look(&self, camera: &Camera) -> Look {
+        let first = self.prepared.first();
+        Look {
+            show: self.show,
+            split: self.split,
+            scale: first.map_or_else(Scale::default, |scene| Scale::of(scene, camera)),
+        }
+    }
+
+    /// Reports changes of state to the platform.
+    fn tell(&mut self, collector: Collector) {
+        if !self.platform.listens() {
+            return;
+        }
+        self.probe.controls = collector.into_controls();
+        self.probe.message.clone_from(&self.message);
+        self.probe.renderer = self.stage.describe().to_string();
+        self.probe.scene = self.saved_scene().to_toml(self.platform.folder());
+        if self.probe != self.told {
+            self.platform.tell(&self.probe);
+            self.told.clone_from(&self.probe);
+        }
+    }
+}
+
+impl eframe::App for Viewer {
+    fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        let collector = Collector::default();
+        self.read_dropped(&context);
+        self.use_dropped();
+        self.receive(&context);
+        self.finish_picture();
+        self.finish_shot(&context);
+        egui::Panel::bottom("status").show(ui, |ui| self.status(ui, &collector));
+        egui::Panel::right("controls")
+            .default_size(340.0)
+            .show(ui, |ui| {
+                egui::ScrollArea::vertical().show(ui, |ui| self.panel(ui, &collector));
+            });
+        egui::CentralPanel::default().show(ui, |ui| self.picture(ui, &collector));
+        self.tell(collector);
+    }
+}

@@ -1,0 +1,94 @@
+//! The panel of controls and the status line.
+
+use super::Viewer;
+use super::controls::Controls;
+use super::display::Show;
+use super::probe::Collector;
+use eframe::egui::{self, ThemePreference, Ui};
+use relievo::scene::Tier;
+use std::sync::Arc;
+
+impl Viewer {
+    pub(super) fn panel(&mut self, ui: &mut Ui, collector: &Collector) {
+        let mut controls = Controls::new(ui, collector);
+        let shows = Show::ALL.into_iter().map(|show| (show, show.name()));
+        controls.choice("Show", &mut self.show, shows);
+        controls.flag("Wireframe", &mut self.has_wireframe);
+        controls.flag("Error against the oracle", &mut self.has_errors);
+        let tiers = Tier::ALL.into_iter().map(|tier| (Some(tier), tier.name()));
+        let none = std::iter::once((None, "nothing"));
+        let mut is_changed = controls.choice("Compare with", &mut self.compared, none.chain(tiers));
+
+        ui.separator();
+        if self.scene.objects.len() > 1 {
+            let selected = &mut self.selected;
+            egui::ComboBox::from_label("Object")
+                .selected_text(&self.scene.objects[*selected].name)
+                .show_ui(ui, |ui| {
+                    for (number, object) in self.scene.objects.iter().enumerate() {
+                        ui.selectable_value(selected, number, &object.name);
+                    }
+                });
+        }
+        let mut controls = Controls::new(ui, collector);
+        if let Some(object) = self.scene.objects.get_mut(self.selected) {
+            controls.object(object, self.prepared.first().map(Arc::as_ref));
+        }
+        controls.scene(&mut self.scene);
+        is_changed |= controls.changed();
+        if is_changed {
+            self.order(false);
+        }
+
+        ui.separator();
+        let label = ui.label("Name of saved files");
+        let field = ui
+            .text_edit_singleline(&mut self.name)
+            .labelled_by(label.id);
+        collector.add("Name of saved files", field.rect, &self.name);
+        let mut controls = Controls::new(ui, collector);
+        if controls.button("Save picture (Ctrl P)") {
+            self.save_picture();
+        }
+        if controls.button("Save what is shown (Ctrl Shift P)") {
+            self.save_shown();
+        }
+        if controls.button("Save scene (Ctrl S)") {
+            self.save_scene();
+        }
+        if controls.button("Export shaders") {
+            self.export();
+        }
+        ui.separator();
+        ui.small("Drop a mesh or a pattern on the window. Drag turns, shift or the right button moves, the wheel zooms, a double click resets.");
+    }
+
+    pub(super) fn status(&mut self, ui: &mut Ui, collector: &Collector) {
+        ui.horizontal_wrapped(|ui| {
+            let mut theme = ui.memory(|memory| memory.options.theme_preference);
+            let themes = [
+                (ThemePreference::System, "as the system"),
+                (ThemePreference::Light, "light"),
+                (ThemePreference::Dark, "dark"),
+            ];
+            if Controls::new(ui, collector).choice("Theme", &mut theme, themes) {
+                ui.ctx().set_theme(theme);
+            }
+            ui.separator();
+            let [width, height] = self.probe.frame_size;
+            let memory = self.stage.bytes() as f64 / f64::from(1 << 20);
+            ui.label(format!(
+                "{width} × {height}: {:.1} ms, {memory:.1} MiB",
+                self.probe.frame_ms
+            ));
+            ui.separator();
+            let color = if self.is_wrong {
+                ui.visuals().error_fg_color
+            } else {
+                ui.visuals().text_color()
+            };
+            ui.colored_label(color, &self.message);
+        });
+        ui.small(self.stage.describe());
+    }
+}

@@ -1,0 +1,30 @@
+//! Operations that differ between desktop and browser.
+
+use super::probe::Probe;
+use relievo::export::ExportedFile;
+use std::path::Path;
+
+/// Host of the viewer.
+pub trait Platform {
+    /// Saves a file and returns where it is.
+    ///
+    /// # Errors
+    /// A message for the user.
+    fn save_file(&mut self, name: &str, bytes: &[u8]) -> Result<String, String>;
+
+    /// Saves files in a folder of this name, all or none, and returns where it
+    /// is.
+    ///
+    /// # Errors
+    /// A message for the user.
+    fn save_folder(&mut self, name: &str, files: &[ExportedFile]) -> Result<String, String>;
+
+    /// Returns the folder of saved scenes; their paths are relative to it.
+    fn folder(&self) -> &Path;
+
+    /// Returns whether [`Platform::tell`] should be called.
+    fn listens(&self) -> bool;
+
+    /// Receives the state of the window after every change.
+    fn tell(&mut self, probe: &Probe);
+}

@@ -1,0 +1,172 @@
+//! What the models that are drawn over triangles have in common.
+
+use super::{Found, Model, Normals, Ray, Traced};
+use crate::Real;
+use crate::contract::{check, check2, check3};
+use crate::facet::{self, FacetHit, may_surround_eye};
+use crate::layout::{Triangle, vec3};
+use crate::march::{Limits, March, march};
+use crate::normals::SmoothSurface;
+use crate::path::{Path, QuadraticPath};
+use crate::profile::Profile;
+use crate::shadow::{self, ShadowPoint};
+use crate::shape_map::{ShapeMap, Texels};
+use crate::surface::{Surface, interpolate, uv_bend};
+
+/// Where a ray enters the shell over a triangle.
+#[derive(Clone, Copy, Debug)]
+pub struct TriangleEntry {
+    /// The smooth surface there.
+    pub surface: Surface,
+    /// The ray inside the shell; its `enters` says whether it enters.
+    pub path: QuadraticPath,
+}
+
+/// A model over triangles: a path, and a search along it.
+pub trait OverTriangle {
+    /// Whether the surface is a quadric; else it is flat.
+    fn is_curved(ray: &Ray<'_>) -> bool;
+
+    /// Searches along the path of `entry` for the first hit; its place is the
+    /// path's parameter s, object units.
+    fn search<T: Texels + ?Sized>(
+        ray: &Ray<'_>,
+        triangle: &Triangle,
+        texels: &T,
+        entry: &TriangleEntry,
+    ) -> Found<Real>;
+}
+
+/// A hit of a search along a path of `entry`.
+#[inline]
+pub(super) fn found_on(entry: &TriangleEntry, march: March) -> Found<Real> {
+    Found {
+        march,
+        t: entry.path.entry_t + march.s,
+        place: march.s,
+    }
+}
+
+/// [`march`] along the path of `entry`.
+#[inline]
+pub(super) fn march_over<T: Texels + ?Sized>(
+    ray: &Ray<'_>,
+    texels: &T,
+    entry: &TriangleEntry,
+) -> Found<Real> {
+    let object = ray.object;
+    let found = march(
+        &entry.path,
+        &Profile::new(object),
+        &ShapeMap::new(object),
+        texels,
+        &Limits {
+            linear_steps: object.linear_steps,
+            binary_steps: object.binary_steps,
+            slack: object.slack * entry.path.entry_t,
+        },
+    );
+    found_on(entry, found)
+}
+
+/// Intersects the ray with the flat `triangle`: behind the near plane, or anywhere
+/// if the eye may lie in the triangle's shell.
+#[inline]
+pub fn meet(ray: &Ray<'_>, triangle: &Triangle) -> FacetHit {
+    let (frame, direction) = (ray.frame, ray.direction);
+    let found = facet::intersect(vec3(frame.eye), direction, triangle);
+    let is_behind_near_plane = found.t * direction.dot(vec3(frame.forward)) >= frame.near;
+    // Without branches: both are cheap.
+    FacetHit {
+        hit: found.hit & (is_behind_near_plane | may_surround_eye(frame, ray.object, triangle)),
+        ..found
+    }
+}
+
+impl<M: OverTriangle> Model<Triangle> for M {
+    type Meeting = FacetHit;
+    type Entry = TriangleEntry;
+    type Place = Real;
+    type Surface = SmoothSurface;
+
+    #[inline]
+    fn meet(ray: &Ray<'_>, triangle: &Triangle) -> (bool, FacetHit) {
+        let found = meet(ray, triangle);
+        (found.hit, found)
+    }
+
+    #[inline]
+    fn enter(ray: &Ray<'_>, triangle: &Triangle, facet: &FacetHit) -> (bool, TriangleEntry) {
+        let (direction, depth) = (ray.direction, ray.object.depth);
+        let mut surface = interpolate(triangle, facet);
+        let is_curved = M::is_curved(ray);
+        if is_curved {
+            surface.uv_bend = uv_bend(triangle, surface.normal, direction);
+        }
+        let path = if is_curved {
+            QuadraticPath::bent(&surface, direction, facet.t, depth)
+        } else {
+            QuadraticPath::straight(&surface, direction, facet.t, depth)
+        };
+        if path.enters {
+            check3(surface.normal);
+            check3(surface.quadric);
+            check2(path.entry_uv);
+            check(path.entry_t);
+            check(path.slope);
+            check(path.bend);
+            check(path.end());
+        }
+        (path.enters, TriangleEntry { surface, path })
+    }
+
+    #[inline]
+    fn entry_t(entry: &TriangleEntry) -> Real {
+        entry.path.entry_t
+    }
+
+    #[inline]
+    fn search<T: Texels + ?Sized>(
+        ray: &Ray<'_>,
+        triangle: &Triangle,
+        texels: &T,
+        entry: &TriangleEntry,
+    ) -> Found<Real> {
+        M::search(ray, triangle, texels, entry)
+    }
+
+    #[inline]
+    fn surface(ray: &Ray<'_>, _: &Triangle, entry: &TriangleEntry, s: &Real) -> SmoothSurface {
+        SmoothSurface {
+            surface: entry.surface,
+            normal: entry.path.surface_normal(&entry.surface, ray.direction, *s),
+            depth: ray.object.depth,
+        }
+    }
+
+    #[inline]
+    fn lit<T: Texels + ?Sized>(
+        ray: &Ray<'_>,
+        _: &Triangle,
+        texels: &T,
+        traced: &Traced<Real>,
+        surface: &SmoothSurface,
+        normals: &Normals,
+    ) -> bool {
+        shadow::lit(
+            ray.object,
+            &ShapeMap::new(ray.object),
+            texels,
+            &surface.surface,
+            M::is_curved(ray),
+            &ShadowPoint {
+                class: traced.hit.class,
+                uv: traced.hit.uv,
+                depth_fraction: traced.hit.depth_fraction,
+                normal: normals.carved,
+                surface_normal: normals.smooth,
+            },
+            vec3(ray.frame.light_direction),
+        )
+    }
+}

@@ -1,0 +1,203 @@
+//! The fast tier: along the local quadric of the surface, with facet depth
+//! (section 4).
+
+use super::over_triangle::{OverTriangle, TriangleEntry, march_over};
+use super::{Found, Ray};
+use crate::arithmetic::{abs, clamp, div, max, min, normalize_or, sqrt};
+use crate::layout::{TIER_FAST, Triangle};
+use crate::path::{FLAT, QuadraticPath};
+use crate::shape_map::Texels;
+use crate::surface::Surface;
+use crate::{FAR, Real, Vec2, Vec3};
+
+/// The fast tier; and the planar one, for objects whose tier is known only when
+/// they are drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Quadric;
+
+impl OverTriangle for Quadric {
+    #[inline]
+    fn is_curved(ray: &Ray<'_>) -> bool {
+        ray.object.tier == TIER_FAST
+    }
+
+    #[inline]
+    fn search<T: Texels + ?Sized>(
+        ray: &Ray<'_>,
+        _: &Triangle,
+        texels: &T,
+        entry: &TriangleEntry,
+    ) -> Found<Real> {
+        march_over(ray, texels, entry)
+    }
+}
+
+/// Maximum of half the curvature times the depth. Beyond, the shell comes near to the
+/// centre of curvature, where the series for a smaller depth is better.
+const MOST_WARP: Real = 0.25;
+
+impl QuadraticPath {
+    /// Returns the path of the ray along the unit vector `direction`, which hits the
+    /// facet under `surface` at distance `facet_t`, through a shell of depth
+    /// `depth` > 0 (object units). `tier` is a `TIER_` constant.
+    #[inline]
+    pub fn new(
+        surface: &Surface,
+        direction: Vec3,
+        facet_t: Real,
+        depth: Real,
+        tier: u32,
+    ) -> QuadraticPath {
+        if tier == TIER_FAST {
+            QuadraticPath::bent(surface, direction, facet_t, depth)
+        } else {
+            QuadraticPath::straight(surface, direction, facet_t, depth)
+        }
+    }
+
+    /// The bent ray over a quadric; arguments as for [`QuadraticPath::new`]:
+    /// equations (12) and (14), with the cross term and
+    /// the facet depth of section 4.
+    #[inline]
+    pub fn bent(surface: &Surface, direction: Vec3, facet_t: Real, depth: Real) -> QuadraticPath {
+        let v_x = direction.dot(surface.tangent);
+        let v_y = direction.dot(surface.bitangent);
+        let v_z = -direction.dot(surface.normal);
+        let velocity = Vec2::new(
+            direction.dot(surface.gradient_u),
+            direction.dot(surface.gradient_v),
+        );
+        let quadric = surface.quadric;
+        // Q V, and q = V · Q V.
+        let turn = Vec2::new(
+            quadric.x * v_x + 0.5 * quadric.y * v_y,
+            0.5 * quadric.y * v_x + quadric.z * v_y,
+        );
+        let q = turn.x * v_x + turn.y * v_y;
+        let turn_squared = turn.dot(turn);
+        let tangential = v_x * v_x + v_y * v_y;
+
+        // ½ k S_z; less than |Q V|² / q where the ray nearly follows a straight line
+        // of a saddle.
+        let least = max(q * q, tangential * turn_squared * 0.0625);
+        let half_bend = if least > FLAT * FLAT {
+            clamp(
+                div(turn_squared, least) * (q * depth),
+                -MOST_WARP,
+                MOST_WARP,
+            )
+        } else {
+            0.0
+        };
+        let floor_depth = depth * (1.0 - half_bend);
+        let inverse_depth = div(1.0, floor_depth);
+        let half_curvature = half_bend * (1.0 - half_bend) * inverse_depth;
+        let q = q + half_curvature * (v_z * v_z);
+        let q = if q < FLAT && q > -FLAT { 0.0 } else { q };
+
+        // A facet deeper than the quadric reaches: its depth is ignored.
+        let radicand = v_z * v_z + 4.0 * q * surface.facet_depth;
+        let facet_depth = if radicand < 0.0 {
+            0.0
+        } else {
+            surface.facet_depth
+        };
+        let radicand = if radicand < 0.0 { v_z * v_z } else { radicand };
+        let slope = sqrt(radicand);
+
+        // 2 Q V, limited like the depth.
+        let reach = 16.0 * (depth * depth) * turn_squared;
+        let share = if reach > tangential {
+            div(tangential, reach)
+        } else {
+            1.0
+        };
+        let shift = turn * (2.0 * share);
+        let shift_in_space = surface.tangent * shift.x + surface.bitangent * shift.y;
+        let uv_shift = Vec2::new(
+            shift_in_space.dot(surface.gradient_u),
+            shift_in_space.dot(surface.gradient_v),
+        );
+        let from_facet = velocity + uv_shift * facet_depth;
+        let uv_bend = uv_shift * v_z + surface.uv_bend;
+
+        // The root where the ray goes down, in the form without cancellation.
+        let sum = v_z + slope;
+        let (enters, entry) = if v_z < 0.0 && (q > 0.0 || (q < 0.0 && sum > FLAT)) {
+            (true, div(0.5 * (v_z - slope), q))
+        } else if sum > FLAT {
+            (true, div(-2.0 * facet_depth, sum))
+        } else {
+            // Along the cap (v_z = 0): enters here. Away from it: never.
+            (v_z >= 0.0, 0.0)
+        };
+
+        let exit = if q > 0.0 { div(slope, q) } else { FAR };
+        let floor_radicand = slope * slope - 4.0 * q * floor_depth;
+        let floor_sum = slope + sqrt(floor_radicand);
+        let floor = if floor_radicand >= 0.0 && floor_sum > FLAT {
+            div(2.0 * floor_depth, floor_sum)
+        } else {
+            FAR
+        };
+        let entry_t = facet_t + entry;
+        let end = min(exit, floor);
+        // A ray that follows the cap for ever can hit nothing but the cap.
+        let endless = end >= FAR;
+        let end = if endless { 0.0 } else { end };
+
+        // The second order is limited to the first: beyond, the series does not
+        // converge.
+        let reach = max(abs(entry), end);
+        let first = abs(from_facet.x) + abs(from_facet.y);
+        let second = (abs(uv_bend.x) + abs(uv_bend.y)) * reach;
+        let uv_bend = if reach > 1e9 {
+            Vec2::ZERO
+        } else if second > first {
+            uv_bend * div(first, second)
+        } else {
+            uv_bend
+        };
+        QuadraticPath {
+            enters,
+            entry_t,
+            entry_from_facet: entry,
+            entry_uv: surface.uv + (from_facet + uv_bend * entry) * entry,
+            velocity: from_facet + uv_bend * (2.0 * entry),
+            uv_bend,
+            slope,
+            bend: q,
+            inverse_depth,
+            // Parabola through both ends of the true curve with its slope at the
+            // floor, to second order.
+            warp: half_bend * (1.0 + half_bend),
+            // The foot is limited likewise.
+            foot_bend: if (abs(shift.x) + abs(shift.y)) * abs(v_z) * reach > 4.0 {
+                Vec2::ZERO
+            } else {
+                shift * v_z
+            },
+            start: max(-entry_t, 0.0),
+            end,
+            ends_on_floor: !endless && floor <= exit,
+            is_bent: true,
+        }
+    }
+
+    /// Returns the unit normal of the smooth surface below the point at `s`: the
+    /// gradient of the quadric (section 9).
+    #[inline]
+    pub fn surface_normal(&self, surface: &Surface, direction: Vec3, s: Real) -> Vec3 {
+        if !self.is_bent {
+            return surface.normal;
+        }
+        let from_facet = self.entry_from_facet + s;
+        let x = from_facet * (direction.dot(surface.tangent) + self.foot_bend.x * from_facet);
+        let y = from_facet * (direction.dot(surface.bitangent) + self.foot_bend.y * from_facet);
+        let quadric = surface.quadric;
+        let raw = surface.normal
+            + surface.tangent * (2.0 * quadric.x * x + quadric.y * y)
+            + surface.bitangent * (quadric.y * x + 2.0 * quadric.z * y);
+        normalize_or(raw, surface.normal)
+    }
+}

@@ -1,0 +1,251 @@
+use super::*;
+use crate::arithmetic::normalize_or;
+use crate::camera::tests::{frame, looking_down_z};
+use crate::camera::{pixel_ray, reversed_depth};
+use crate::facet;
+use crate::layout::{Corner, FORMAT_FLOAT};
+use crate::march::END_MISS;
+use crate::prism::tests::test_prism;
+use crate::profile::Profile;
+use crate::shape_map::ShapeMap;
+use crate::shape_map::tests::Random;
+use crate::walk::{self, Field};
+
+fn triangle(corners: [Vec3; 3]) -> Triangle {
+    Triangle {
+        corners: corners.map(|position| Corner {
+            position: position.to_array(),
+            ..Corner::default()
+        }),
+        ..Triangle::default()
+    }
+}
+
+#[test]
+fn the_rectangle_of_a_plain_triangle() {
+    let frame = looking_down_z();
+    let front = [(-0.4, -0.1), (0.2, -0.1), (-0.4, 0.3)].map(|(x, y)| Vec3::new(x, y, -1.0));
+    // The picture is 1 high and 2 wide at this distance; a pixel is ¼ and ½.
+    let found = bounding_rectangle(&frame, &triangle(front));
+    assert!(
+        (found.low - Vec2::new(-0.65, -0.7)).length() < 1e-6,
+        "{found:?}"
+    );
+    assert!(
+        (found.high - Vec2::new(0.45, 1.0)).length() < 1e-6,
+        "{found:?}"
+    );
+
+    let nothing = Rectangle {
+        low: Vec2::ZERO,
+        high: Vec2::ZERO,
+    };
+    // From the back, behind the eye, and beside the picture.
+    let back = [front[0], front[2], front[1]];
+    assert_eq!(bounding_rectangle(&frame, &triangle(back)), nothing);
+    let behind = front.map(|p| p + Vec3::new(0.0, 0.0, 2.0));
+    assert_eq!(bounding_rectangle(&frame, &triangle(behind)), nothing);
+    let beside = front.map(|p| p + Vec3::new(3.0, 0.0, 0.0));
+    assert_eq!(bounding_rectangle(&frame, &triangle(beside)), nothing);
+    // A corner behind the eye: everywhere.
+    let through = [front[0], front[1], Vec3::new(-0.4, 5.0, 1.0)];
+    let found = bounding_rectangle(&frame, &triangle(through));
+    assert_eq!((found.low, found.high), (-Vec2::ONE, Vec2::ONE));
+}
+
+#[test]
+fn six_corners_make_two_triangles_that_fill_the_rectangle() {
+    let rectangle = Rectangle {
+        low: Vec2::new(-0.5, -1.0),
+        high: Vec2::new(0.25, 0.5),
+    };
+    let corners: Vec<Vec2> = (0..6).map(|i| rectangle_corner(&rectangle, i)).collect();
+    let doubled = |a: Vec2, b: Vec2, c: Vec2| (b - a).perp_dot(c - a);
+    let first = doubled(corners[0], corners[1], corners[2]);
+    let second = doubled(corners[3], corners[4], corners[5]);
+    assert_eq!(first.abs() + second.abs(), 2.0 * 0.75 * 1.5);
+    for wanted in [
+        rectangle.low,
+        rectangle.high,
+        Vec2::new(rectangle.low.x, rectangle.high.y),
+        Vec2::new(rectangle.high.x, rectangle.low.y),
+    ] {
+        assert!(corners.contains(&wanted));
+    }
+}
+
+/// Whether `point` lies in one of the two triangles drawn for `outline`.
+fn is_drawn(outline: &Outline, point: Vec2) -> bool {
+    let corner = |i| outline_vertex(outline, i);
+    [0, 3].iter().any(|&first| {
+        let [a, b, c] = [corner(first), corner(first + 1), corner(first + 2)];
+        let sides = [(a, b), (b, c), (c, a)].map(|(p, q)| (q - p).perp_dot(point - p));
+        let area = (b - a).perp_dot(c - a);
+        area != 0.0 && (sides.iter().all(|&s| s >= 0.0) || sides.iter().all(|&s| s <= 0.0))
+    })
+}
+
+#[test]
+fn the_outline_of_a_plain_triangle_is_a_pixel_wider() {
+    let mut frame = looking_down_z();
+    frame.size = [200.0, 100.0];
+    let front = [(-0.4, -0.1), (0.2, -0.1), (-0.4, 0.3)].map(|(x, y)| Vec3::new(x, y, -1.0));
+    let object = Object::default();
+    let found = outline(&frame, &object, &triangle(front));
+    assert!(found.grown);
+    // A pixel is 0.01 and 0.02: the right angle moves by one of each.
+    let corner = Vec2::new(-0.41, -0.22);
+    assert!((found.corners[0] - corner).length() < 1e-5, "{found:?}");
+    // Half the rectangle's area, and the margin.
+    let [a, b, c] = found.corners;
+    let area = 0.5 * (b - a).perp_dot(c - a);
+    assert!((0.24..0.3).contains(&area), "{area}");
+    // A sliver has its rectangle drawn.
+    let sliver = [front[0], front[1], Vec3::new(-0.4, -0.095, -1.0)];
+    assert!(!outline(&frame, &object, &triangle(sliver)).grown);
+}
+
+fn point(random: &mut Random, size: f64) -> Vec3 {
+    let mut number = || random.within(-size, size) as f32;
+    Vec3::new(number(), number(), number())
+}
+
+/// Triangles of all sizes around the eye, many with corners behind it, some
+/// with the eye in their shells.
+#[test]
+fn every_pixel_that_meets_a_triangle_lies_in_its_outline() {
+    let mut random = Random(1);
+    let (mut met, mut everywhere, mut far_outside) = (0, 0, 0);
+    let mut grown = 0;
+    for _ in 0..20_000 {
+        let eye = point(&mut random, 2.0);
+        let middle = eye + point(&mut random, 3.0);
+        // Half of the time towards the triangle, more or less.
+        let aim = random.choose(&[0.0, 1.0]) as f32;
+        let forward = (middle - eye) * aim + point(&mut random, 1.0);
+        let forward = normalize_or(forward, Vec3::X);
+        let size = random.magnitude(0.02, 5.0);
+        let corners = [0; 3].map(|_| middle + point(&mut random, size));
+        let tan_y = random.within(0.1, 2.0) as f32;
+        let frame = frame(
+            eye,
+            forward,
+            random.whole(1, 16),
+            random.whole(1, 16),
+            tan_y,
+        );
+        let triangle = triangle(corners);
+        let rectangle = bounding_rectangle(&frame, &triangle);
+        let object = Object {
+            depth: random.choose(&[0.0, 0.1, 1.0]) as f32,
+            ..Object::default()
+        };
+        let outline = outline(&frame, &object, &triangle);
+        grown += u32::from(outline.grown);
+        let whole = rectangle.low == -Vec2::ONE && rectangle.high == Vec2::ONE;
+        for y in 0..frame.size[1] as u32 {
+            for x in 0..frame.size[0] as u32 {
+                let direction = pixel_ray(&frame, x, y);
+                let hit = facet::intersect(eye, direction, &triangle);
+                let centre = Vec2::new(
+                    (2 * x + 1) as f32 / frame.size[0] - 1.0,
+                    1.0 - (2 * y + 1) as f32 / frame.size[1],
+                );
+                let inside =
+                    centre.cmpge(rectangle.low).all() && centre.cmple(rectangle.high).all();
+                if hit.hit && reversed_depth(&frame, direction, hit.t) <= 1.0 {
+                    met += 1;
+                    everywhere += u32::from(whole);
+                    assert!(
+                        is_drawn(&outline, centre),
+                        "pixel ({x}, {y}) at {centre} outside {outline:?}: {frame:?} {triangle:?}"
+                    );
+                    assert!(
+                        inside,
+                        "pixel ({x}, {y}) at {centre} outside {rectangle:?}: {frame:?} {triangle:?}"
+                    );
+                } else if !inside {
+                    far_outside += 1;
+                }
+            }
+        }
+    }
+    println!(
+        "{met} meetings, {everywhere} of them in a whole picture, {far_outside} pixels spared"
+    );
+    assert!(met > 10_000 && met - everywhere > 5_000 && everywhere > 1_000);
+    assert!(far_outside > 100_000);
+    assert!(grown > 1_000, "{grown}");
+}
+
+/// Rays around random prisms: where one comes in through a prism, it is drawn.
+#[test]
+fn every_pixel_that_comes_in_through_a_prism_lies_in_its_outline() {
+    let mut random = Random(2);
+    let object = Object {
+        map_size: [1.0, 1.0],
+        map_format: FORMAT_FLOAT,
+        map_reach: 1.0,
+        depth: 0.3,
+        ..Object::default()
+    };
+    let (mut met, mut spared, mut grown) = (0, 0, 0);
+    for round in 0..3_000 {
+        let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|place| {
+            let normal = (Vec3::Z + point(&mut random, 0.3)).normalize();
+            (place + point(&mut random, 0.2), normal, Vec2::ZERO)
+        });
+        let mut data = test_prism(corners, object.depth);
+        if round % 2 == 0 {
+            data.neighbours = [0; 3];
+        }
+        let away = normalize_or(point(&mut random, 1.0), Vec3::X);
+        let eye = away * random.magnitude(0.05, 20.0) as f32;
+        let forward = normalize_or(point(&mut random, 0.5) - eye, Vec3::X);
+        let tan_y = random.within(0.1, 2.0) as f32;
+        let frame = frame(
+            eye,
+            forward,
+            random.whole(1, 24),
+            random.whole(1, 24),
+            tan_y,
+        );
+        let outline = prism_outline(&frame, &object, &data);
+        grown += u32::from(outline.grown);
+        // The pattern is everything: a ray that comes in meets something.
+        let field = Field {
+            prisms: &[data][..],
+            depth: object.depth,
+            tolerance: 1e-5,
+            slack: 0.0,
+            profile: &Profile::new(&object),
+            map: &ShapeMap::new(&object),
+            texels: &[(-0.5f32).to_bits()][..],
+            linear_steps: 100,
+            binary_steps: 0,
+        };
+        for y in 0..frame.size[1] as u32 {
+            for x in 0..frame.size[0] as u32 {
+                let direction = pixel_ray(&frame, x, y);
+                let found = walk::search(&field, 0, eye, direction);
+                let centre = Vec2::new(
+                    (2 * x + 1) as f32 / frame.size[0] - 1.0,
+                    1.0 - (2 * y + 1) as f32 / frame.size[1],
+                );
+                let drawn = is_drawn(&outline, centre);
+                let t = found.march.s;
+                if found.march.end != END_MISS && reversed_depth(&frame, direction, t) <= 1.0 {
+                    met += 1;
+                    assert!(
+                        drawn,
+                        "pixel ({x}, {y}) outside {outline:?}: {frame:?} {data:?}"
+                    );
+                } else if !drawn {
+                    spared += 1;
+                }
+            }
+        }
+    }
+    println!("{met} pixels come in, {spared} are spared, {grown} outlines are triangles");
+    assert!(met > 20_000 && spared > 50_000 && grown > 300);
+}

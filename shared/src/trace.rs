@@ -1,0 +1,112 @@
+//! One pixel of one facet, from the ray to the colour, for every model of the
+//! surface: what fragment shaders and the CPU renderer call.
+
+use crate::arithmetic::floor;
+use crate::camera::reversed_depth;
+use crate::contract::{check, check2, check3};
+use crate::light;
+use crate::model::{Hit, Model, Normals, Ray, Traced};
+use crate::normals::{CLASS_MISS, HitSurface, class_of, normal_at};
+use crate::shape_map::{ShapeMap, Texels};
+use crate::{Vec2, Vec3};
+
+/// Searches the shell behind `entry` for the first hit. A hit in front of the near
+/// plane is a miss.
+#[inline]
+pub fn trace<M: Model<Over>, Over, T: Texels + ?Sized>(
+    ray: &Ray<'_>,
+    over: &Over,
+    texels: &T,
+    entry: &M::Entry,
+) -> Traced<M::Place> {
+    let found = M::search(ray, over, texels, entry);
+    let march = found.march;
+    let class = class_of(&march, ray.object);
+    let depth = reversed_depth(ray.frame, ray.direction, found.t);
+    if class != CLASS_MISS {
+        check(found.t);
+        check2(march.uv);
+        check(march.depth_fraction);
+    }
+    Traced {
+        hit: Hit {
+            class: if depth > 1.0 { CLASS_MISS } else { class },
+            depth,
+            t: found.t,
+            uv: Vec2::new(
+                march.uv.x - floor(march.uv.x),
+                march.uv.y - floor(march.uv.y),
+            ),
+            depth_fraction: march.depth_fraction,
+            steps: march.steps,
+        },
+        place: found.place,
+    }
+}
+
+/// The normals at a hit on `surface`.
+#[inline]
+fn normals_on<S: HitSurface, T: Texels + ?Sized>(
+    ray: &Ray<'_>,
+    texels: &T,
+    hit: &Hit,
+    surface: &S,
+) -> Normals {
+    let map = ShapeMap::new(ray.object);
+    let carved = normal_at(hit.class, ray.object, &map, texels, surface, hit.uv);
+    check3(carved);
+    Normals {
+        carved,
+        smooth: surface.normal(),
+    }
+}
+
+/// The normals at a hit.
+#[inline]
+pub fn normals<M: Model<Over>, Over, T: Texels + ?Sized>(
+    ray: &Ray<'_>,
+    over: &Over,
+    texels: &T,
+    entry: &M::Entry,
+    traced: &Traced<M::Place>,
+) -> Normals {
+    let surface = M::surface(ray, over, entry, &traced.place);
+    normals_on(ray, texels, &traced.hit, &surface)
+}
+
+/// Linear RGB of a hit, with self-shadows if `SHADOW`.
+#[inline]
+pub fn color<const SHADOW: bool, M: Model<Over>, Over, T: Texels + ?Sized>(
+    ray: &Ray<'_>,
+    over: &Over,
+    texels: &T,
+    entry: &M::Entry,
+    traced: &Traced<M::Place>,
+) -> Vec3 {
+    let class = traced.hit.class;
+    let surface = M::surface(ray, over, entry, &traced.place);
+    let normals = normals_on(ray, texels, &traced.hit, &surface);
+    let lit = !SHADOW || M::lit(ray, over, texels, traced, &surface, &normals);
+    let color = light::shade(
+        ray.frame,
+        ray.object,
+        class,
+        normals.carved,
+        ray.direction,
+        lit,
+    );
+    check3(color);
+    color
+}
+
+/// Float bits, with −0 normalised to +0.
+#[inline]
+pub fn word(x: f32) -> u32 {
+    if x == 0.0 { 0 } else { x.to_bits() }
+}
+
+/// Class and number of steps in one word, as geometry pictures store them.
+#[inline]
+pub fn class_and_steps(hit: &Hit) -> u32 {
+    hit.class | (hit.steps << 8)
+}

@@ -1,0 +1,357 @@
+//! Entry: where a ray comes into the shell through one prism.
+
+use super::field::{Field, PrismList};
+use super::step::{
+    ARRIVED, CAP, NONE, OVERLAP, ROUNDS, THRESHOLD, Traveller, rise, until_without, weights,
+};
+use crate::arithmetic::{abs, div, max, min};
+use crate::layout::{NO_NEIGHBOUR, PrismData, Slab, vec3};
+use crate::prism::{State, is_open};
+use crate::shape_map::Texels;
+use crate::{FAR, Real, Vec3};
+
+/// Error of a position, relative to its distance from the eye.
+#[cfg(not(feature = "double"))]
+const ROUNDING: Real = 1e-6;
+
+/// Error of a position, relative to its distance from the eye.
+#[cfg(feature = "double")]
+const ROUNDING: Real = 1e-14;
+
+/// Maximum distance beside the triangle, in weights, at which a ray may enter because of
+/// the distance to the opening.
+const FURTHEST: Real = 0.01;
+
+/// Number of attempts to reach an opening, after which [`THRESHOLD`] decides.
+const TRIES: u32 = 6;
+
+/// Maximum number of Newton iterations where the ray comes into the hull.
+const FIRST_ROUNDS: u32 = 12;
+
+/// Maximum number of steps until the ray comes in.
+const OUTSIDE_STEPS: u32 = 32;
+
+/// Error of the second order from end to end of a prism: in weights or δ, and relative
+/// to the bend.
+const DOUBT: Real = 0.05;
+
+/// Returns the smallest h > 0 where c + v h + ½ a h² crosses zero upward; [`FAR`] if it
+/// clearly does not within `rest`.
+///
+/// Since terms of third order are missing, a near miss counts: then the result is the h
+/// of its maximum.
+#[inline]
+fn until_opened(c: Real, v: Real, a: Real, rest: Real) -> Real {
+    if c > 0.0 && v > 0.0 {
+        return FAR;
+    }
+    let time = rise(c, v, a);
+    if time < FAR || v <= 0.0 {
+        return time;
+    }
+    let summit = div(-v, a);
+    let doubt = DOUBT * (1.0 + abs(a) * rest * rest);
+    if c + 0.5 * v * summit > -doubt {
+        summit
+    } else {
+        FAR
+    }
+}
+
+impl State {
+    /// Returns the distance from the nearest of the sides, the cap and the floor, in weights
+    /// or δ; negative outside.
+    #[inline]
+    fn inset(&self) -> Real {
+        let w = weights(self.x, 1.0);
+        min(min(min(w.x, w.y), w.z), min(self.x.z, 1.0 - self.x.z))
+    }
+
+    /// Returns whether the ray enters the prism here through `opening`, with a margin of
+    /// `overlap` in weights.
+    #[inline]
+    fn comes_in(&self, opening: u32, overlap: Real) -> bool {
+        let (c, v, a) = self.within(opening);
+        // On the way out, or to a maximum before the opening.
+        if v <= 0.0 || (c < 0.0 && v * v < 2.0 * a * c) {
+            return false;
+        }
+        // The opening is reached this much earlier or later.
+        let early = abs(div(c, v));
+        let w = weights(self.x, 1.0);
+        let change = weights(self.velocity, 0.0);
+        let slack = |w: Real, change: Real| w >= -overlap - min(abs(change) * early, FURTHEST);
+        (opening == 0 || slack(w.x, change.x))
+            && (opening == 1 || slack(w.y, change.y))
+            && (opening == 2 || slack(w.z, change.z))
+            && (opening == CAP || slack(self.x.z, self.velocity.z))
+            && self.x.z < 1.0
+    }
+
+    /// Returns the time until the next opening is reached, and the opening; [`FAR`] if
+    /// none is reached within `rest`. `passed` is the opening where the ray is.
+    #[inline]
+    fn next_opening(&self, neighbours: [u32; 3], passed: u32, rest: Real) -> (Real, u32) {
+        let mut best = (FAR, NONE);
+        best = self.earlier(CAP, passed, rest, best);
+        let [first, second, third] = neighbours;
+        if first == NO_NEIGHBOUR {
+            best = self.earlier(0, passed, rest, best);
+        }
+        if second == NO_NEIGHBOUR {
+            best = self.earlier(1, passed, rest, best);
+        }
+        if third == NO_NEIGHBOUR {
+            best = self.earlier(2, passed, rest, best);
+        }
+        best
+    }
+
+    /// Returns `best`, or `opening` if that is reached earlier.
+    #[inline]
+    fn earlier(&self, opening: u32, passed: u32, rest: Real, best: (Real, u32)) -> (Real, u32) {
+        let (c, v, a) = self.within(opening);
+        if passed == opening && v > 0.0 {
+            return best;
+        }
+        let time = until_opened(c, v, a, rest);
+        if time < best.0 { (time, opening) } else { best }
+    }
+
+    /// Returns whether the ray is clearly beside the triangle after the time `h`.
+    #[inline]
+    fn passes_by(&self, h: Real) -> bool {
+        let w = weights(self.predicted(h), 1.0);
+        let a = weights(self.acceleration, 0.0);
+        let doubt = |a: Real| DOUBT * (1.0 + abs(a) * h * h);
+        w.x < -doubt(a.x) || w.y < -doubt(a.y) || w.z < -doubt(a.z)
+    }
+}
+
+/// Clips `range` to where the ray from `origin` is in the slab.
+#[inline]
+fn clip(range: (Real, Real), slab: &Slab, origin: Vec3, direction: Vec3) -> (Real, Real) {
+    let axis = vec3(slab.axis);
+    let at = origin.dot(axis);
+    let speed = direction.dot(axis);
+    if abs(speed) * FAR <= slab.high - slab.low {
+        // Parallel to the slab: in it for ever, or never.
+        return if at >= slab.low && at <= slab.high {
+            range
+        } else {
+            (1.0, 0.0)
+        };
+    }
+    let slowness = div(1.0, speed);
+    let to_low = (slab.low - at) * slowness;
+    let to_high = (slab.high - at) * slowness;
+    (
+        max(range.0, min(to_low, to_high)),
+        min(range.1, max(to_low, to_high)),
+    )
+}
+
+/// Returns the distance at which the ray from `origin`, relative to the anchor of `data`,
+/// enters the hull, and the length of its interval in the hull, ≤ 0 if it misses it.
+#[inline]
+pub(super) fn hull_of(data: &PrismData, origin: Vec3, direction: Vec3) -> (Real, Real) {
+    let mut range = (0.0, FAR);
+    range = clip(range, &data.slabs[0], origin, direction);
+    range = clip(range, &data.slabs[1], origin, direction);
+    range = clip(range, &data.slabs[2], origin, direction);
+    range = clip(range, &data.slabs[3], origin, direction);
+    (range.0, range.1 - range.0)
+}
+
+/// Estimates (w1, w2, δ) at `point` on the cap, relative to the anchor of `data`: the slabs
+/// along the sides are as wide as the weights.
+#[inline]
+fn rough_parameters(data: &PrismData, point: Vec3) -> Vec3 {
+    let share = |slab: &Slab| {
+        let share = div(point.dot(vec3(slab.axis)) - slab.low, slab.high - slab.low);
+        min(max(share, 0.0), 1.0)
+    };
+    Vec3::new(share(&data.slabs[2]), share(&data.slabs[3]), 0.0)
+}
+
+/// Result of [`Field::seek`].
+pub(super) struct Entrance {
+    /// The ray where it enters.
+    pub(super) at: Traveller,
+    /// Offset of its times: distance from the eye, object units.
+    pub(super) enter: Real,
+    /// Whether the ray enters.
+    pub(super) found: bool,
+    /// Whether the ray starts in the shell.
+    pub(super) in_shell: bool,
+}
+
+/// The opening that a search for the entrance heads for.
+struct Aim {
+    /// A side, the cap, or [`NONE`].
+    opening: u32,
+    /// Attempts to reach it so far.
+    tries: u32,
+}
+
+impl Aim {
+    /// Whether the opening is reached, where the ray is inside of it by `c`.
+    #[inline]
+    fn is_reached(&self, c: Real) -> bool {
+        let near = if self.tries < TRIES {
+            ARRIVED
+        } else {
+            THRESHOLD
+        };
+        self.opening != NONE && abs(c) <= near
+    }
+
+    /// Whether to make one more attempt to reach the opening.
+    #[inline]
+    fn may_try_again(&self) -> bool {
+        self.opening != NONE && self.tries < TRIES
+    }
+
+    /// Counts one more attempt; returns the time until c + v h + ½ a h² reaches 0:
+    /// < 0 if the opening was passed, [`FAR`] if it is never reached.
+    #[inline]
+    fn try_again(&mut self, (c, v, a): (Real, Real, Real), rest: Real) -> Real {
+        self.tries += 1;
+        if c > 0.0 {
+            -until_without(c, -v, a)
+        } else {
+            until_opened(c, v, a, rest)
+        }
+    }
+}
+
+impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
+    /// Finds where the ray of `start` enters from outside, or whether it starts in the
+    /// shell, if `may_hold_eye`. `hull` is the result of [`hull_of`]; the search starts at
+    /// the time `from` after the ray has entered the hull.
+    ///
+    /// Every turn of the loop moves the ray with Newton's method to where the turn
+    /// before aimed: to the eye first, if the shell may hold it, then to one
+    /// opening after the other.
+    #[inline]
+    pub(super) fn seek(
+        &self,
+        start: Traveller,
+        data: &PrismData,
+        hull: (Real, Real),
+        may_hold_eye: bool,
+        from: Real,
+    ) -> Entrance {
+        let mut at = start;
+        let (enter, span) = hull;
+        let distance = abs(at.origin.x) + abs(at.origin.y) + abs(at.origin.z);
+        let overlap = OVERLAP + ROUNDING * distance * data.inverse_altitude;
+        let is_closed = !is_open(data);
+        // Steps this short make no progress.
+        let shortest = span * OVERLAP;
+        let hull_origin = at.origin + at.direction * enter;
+        let hull_guess = rough_parameters(data, hull_origin + at.direction * from);
+
+        // Where the next turn moves to.
+        let third: Real = 1.0 / 3.0;
+        let mut t = 0.0;
+        let mut guess = Vec3::new(third, third, 0.5);
+        let mut rounds = FIRST_ROUNDS;
+        if !may_hold_eye {
+            at.origin = hull_origin;
+            guess = hull_guess;
+            t = from;
+        }
+        let mut looks_at_eye = may_hold_eye;
+        let mut aim = Aim {
+            opening: NONE,
+            tries: 0,
+        };
+        let mut turns = 0;
+        let mut found = false;
+        let mut in_shell = false;
+        let mut over = false;
+        while !over {
+            at.go(t, guess, rounds);
+            if looks_at_eye {
+                looks_at_eye = false;
+                in_shell = at.regular && at.state.inset() >= -OVERLAP;
+                over = in_shell || span <= 0.0;
+                if !over {
+                    at.origin = hull_origin;
+                    guess = hull_guess;
+                }
+            } else {
+                rounds = ROUNDS;
+                turns += 1;
+                let rest = span - at.t;
+                let within = at.state.within(aim.opening);
+                let arrived = aim.is_reached(within.0);
+                let mut h = FAR;
+                if arrived {
+                    found = at.state.comes_in(aim.opening, overlap);
+                } else if aim.may_try_again() {
+                    h = aim.try_again(within, rest);
+                }
+                if h >= FAR || at.t + h < -shortest {
+                    let passed = if arrived { aim.opening } else { NONE };
+                    let (time, opening) = at.state.next_opening(data.neighbours, passed, rest);
+                    h = time;
+                    aim = Aim { opening, tries: 0 };
+                }
+                over = found
+                    || !at.regular
+                    || turns > OUTSIDE_STEPS
+                    || h >= FAR
+                    || (h > rest && rest <= shortest)
+                    || (aim.opening == CAP && is_closed && at.state.passes_by(h));
+                let tolerance = self.tolerance * (enter + at.t);
+                if !over && h <= rest && at.may_glide(h, tolerance) {
+                    // The second order is exact enough at the opening: no more
+                    // iterations. A neighbour may be off to the other side.
+                    let mut there = at;
+                    there.glide(h);
+                    let (c, _, _) = there.state.within(aim.opening);
+                    let overlap = overlap + 2.0 * tolerance * data.inverse_altitude;
+                    if abs(c) <= ARRIVED && there.state.comes_in(aim.opening, overlap) {
+                        at = there;
+                        found = true;
+                    }
+                    over = found || is_closed;
+                }
+                // Beyond the hull's end there is nothing: if it looks so, the
+                // second order may be wrong.
+                let h_inside = min(h, rest);
+                let h = if abs(h_inside) < shortest {
+                    shortest
+                } else {
+                    h_inside
+                };
+                t = at.t + h;
+                guess = at.state.predicted(h);
+            }
+        }
+        Entrance {
+            at,
+            enter: if in_shell { 0.0 } else { enter },
+            found: at.regular && (found || in_shell),
+            in_shell,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_near_miss_of_an_opening_is_aimed_at_and_a_clear_one_is_not() {
+        // Up through 0 at h = 1.
+        assert_eq!(until_opened(-1.0, 1.0, 0.0, 10.0), 1.0);
+        // On the way out.
+        assert_eq!(until_opened(1.0, 1.0, 0.0, 10.0), FAR);
+        // The highest point is 0.02 or 2 below 0.
+        assert_eq!(until_opened(-0.52, 1.0, -1.0, 1.0), 1.0);
+        assert_eq!(until_opened(-2.5, 1.0, -1.0, 1.0), FAR);
+    }
+}

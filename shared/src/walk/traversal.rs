@@ -1,0 +1,343 @@
+//! Traversal: from prism to prism through the pattern, to the first hit.
+
+use super::field::{Field, Found, PrismList};
+use super::step::{
+    ARRIVED, CAP, FLOOR, NONE, OVERLAP, ROUNDS, Traveller, next, pick, until_without, weights,
+};
+use crate::arithmetic::{div, kept, kept3, max, min};
+use crate::layout::NO_NEIGHBOUR;
+use crate::march::{END_CAP, END_MISS, END_SIDE, Limits, March, Stop, advance, refine};
+use crate::path::Path;
+use crate::prism::{Prism, State};
+use crate::shape_map::Texels;
+use crate::{Real, Vec2, Vec3};
+
+/// Maximum number of pieces of a ray, beside one for each step.
+const PIECES: u32 = 4096;
+
+/// Factor by which a piece is shortened whose error is too large.
+const SHORTER: Real = 0.7;
+
+/// Returns the neighbour across side `side`.
+#[inline]
+fn link_of(neighbours: [u32; 3], side: u32) -> u32 {
+    let [first, second, third] = neighbours;
+    if side == 0 {
+        first
+    } else if side == 1 {
+        second
+    } else {
+        third
+    }
+}
+
+/// Converts parameters `x` at side `side` of a prism to those of the neighbour, whose
+/// own side `other` it is: exact on the side, an estimate beyond it.
+#[inline]
+fn across(x: Vec3, side: u32, other: u32) -> Vec3 {
+    let w = weights(x, 1.0);
+    let out = pick(w, side);
+    // As if the two were halves of a parallelogram. Their common edge has opposite
+    // directions in them.
+    let before = pick(w, next(side)) + out;
+    let after = pick(w, next(next(side))) + out;
+    let (first, second) = if other == 0 {
+        (after, before)
+    } else if other == 1 {
+        (-out, after)
+    } else {
+        (before, -out)
+    };
+    Vec3::new(first, second, x.z)
+}
+
+impl State {
+    /// Returns the bound, other than `but`, that `x` violates most, or [`NONE`].
+    #[inline]
+    fn most_violated(&self, x: Vec3, but: u32) -> u32 {
+        let w = weights(x, 1.0);
+        let mut least = -OVERLAP;
+        let mut bound = NONE;
+        if w.x < least && but != 0 {
+            least = w.x;
+            bound = 0;
+        }
+        if w.y < least && but != 1 {
+            least = w.y;
+            bound = 1;
+        }
+        if w.z < least && but != 2 {
+            least = w.z;
+            bound = 2;
+        }
+        if x.z < least && but != CAP {
+            least = x.z;
+            bound = CAP;
+        }
+        if 1.0 - x.z < least {
+            bound = FLOOR;
+        }
+        bound
+    }
+
+    /// Returns the time until the prism is left, but not through `but`, and the bound; or
+    /// `time` and [`NONE`] if that is earlier.
+    #[inline]
+    fn until_outside(&self, time: Real, but: u32) -> (Real, u32) {
+        let mut h = time;
+        let mut bound = NONE;
+        // Not past the deepest point if that lies below the floor.
+        if self.velocity.z > 0.0 && self.velocity.z + self.acceleration.z * h < 0.0 {
+            let deepest = div(-self.velocity.z, self.acceleration.z);
+            if self.x.z + 0.5 * self.velocity.z * deepest > 1.0 {
+                h = deepest;
+            }
+        }
+        let mut rest = 5;
+        while rest > 0 {
+            let violated = self.most_violated(self.predicted(h), but);
+            rest -= 1;
+            if violated == NONE {
+                rest = 0;
+            } else {
+                let (c, v, a) = self.within(violated);
+                let earlier = until_without(c, v, a);
+                if earlier < h {
+                    h = earlier;
+                    bound = violated;
+                } else {
+                    rest = 0;
+                }
+            }
+        }
+        (h, bound)
+    }
+}
+
+/// A piece of a ray to second order, from a [`Traveller`] on.
+struct Piece {
+    uv: Vec2,
+    uv_velocity: Vec2,
+    uv_acceleration: Vec2,
+    depth: Vec3,
+    /// An upper bound of dδ/ds.
+    depth_rate: Real,
+    end: Real,
+    ends_on_floor: bool,
+}
+
+impl Piece {
+    #[inline]
+    fn new(at: &Traveller, end: Real, ends_on_floor: bool) -> Piece {
+        let State {
+            x,
+            velocity,
+            acceleration,
+            ..
+        } = at.state;
+        let uv_velocity = at.prism.uv_change(velocity);
+        let uv_acceleration = at.prism.uv_change(acceleration);
+        Piece {
+            uv: at.prism.uv(x.x, x.y),
+            uv_velocity,
+            uv_acceleration: uv_acceleration * 0.5,
+            depth: Vec3::new(x.z, velocity.z, 0.5 * acceleration.z),
+            depth_rate: max(max(velocity.z, velocity.z + acceleration.z * end), 0.0),
+            end,
+            ends_on_floor,
+        }
+    }
+}
+
+impl Path for Piece {
+    #[inline]
+    fn uv(&self, s: Real) -> Vec2 {
+        self.uv + (self.uv_velocity + self.uv_acceleration * s) * s
+    }
+
+    #[inline]
+    fn depth_fraction(&self, s: Real) -> Real {
+        self.depth.x + (self.depth.y + self.depth.z * s) * s
+    }
+
+    #[inline]
+    fn uv_rates(&self) -> (Vec2, Vec2) {
+        let last = self.uv_velocity + self.uv_acceleration * (2.0 * self.end);
+        (self.uv_velocity, last)
+    }
+
+    #[inline]
+    fn is_even(&self) -> bool {
+        false
+    }
+
+    #[inline]
+    fn depth_rate(&self) -> Real {
+        self.depth_rate
+    }
+
+    #[inline]
+    fn start(&self) -> Real {
+        0.0
+    }
+
+    #[inline]
+    fn end(&self) -> Real {
+        self.end
+    }
+
+    #[inline]
+    fn ends_on_floor(&self) -> bool {
+        self.ends_on_floor
+    }
+}
+
+impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
+    /// Returns a time in which the second order has an error of at most `tolerance`:
+    /// `longest` times a power of [`SHORTER`], or less than `least`.
+    #[inline]
+    fn time_within(&self, at: &Traveller, tolerance: Real, longest: Real, least: Real) -> Real {
+        let mut time = longest;
+        while time > least && !at.may_glide(time, tolerance) {
+            time *= SHORTER;
+        }
+        time
+    }
+
+    /// Follows the ray of `start` from where it is, in the shell, through the
+    /// pattern. `enter` is added to its times; `on_cap` says whether a hit at once
+    /// is one of the cap. The second result is the time when the ray left the first
+    /// prism.
+    ///
+    /// Every turn of the loop marches along one piece, and moves the ray to its end. A
+    /// piece ends where the second order is no longer exact enough, or where the ray
+    /// leaves its prism.
+    #[inline]
+    pub(super) fn follow(&self, start: Traveller, enter: Real, on_cap: bool) -> (Found, Real) {
+        let mut at = start;
+        let mut left = at.t;
+        let radius = self.prisms.prism(at.index).radius;
+        // Pieces this short make no progress.
+        let least = OVERLAP * radius;
+        // The bound that the ray is on, which it does not leave through.
+        let mut came_through = if on_cap { CAP } else { NONE };
+        let mut may_hit_cap = on_cap;
+        let mut steps = 0;
+        let mut prisms = 1;
+        let mut turns = 0;
+        let mut piece = Piece::new(&at, 0.0, false);
+        let mut stop = Stop {
+            end: END_MISS,
+            s: 0.0,
+            before: 0.0,
+            steps: 0,
+            least: 0.0,
+        };
+        let mut limits = Limits {
+            linear_steps: self.linear_steps,
+            binary_steps: self.binary_steps,
+            slack: 0.0,
+        };
+        let mut over = !at.regular;
+        while !over {
+            turns += 1;
+            // March along one piece.
+            let tolerance = self.tolerance * (enter + at.t);
+            let time = self.time_within(&at, tolerance, 2.0 * radius, least);
+            let (time, bound) = at.state.until_outside(max(time, least), came_through);
+            piece = Piece::new(&at, time, bound == FLOOR);
+            limits.linear_steps = self.linear_steps - steps;
+            limits.slack = self.slack * (enter + at.t);
+            stop = advance(&piece, self.profile, self.map, self.texels, &limits);
+            steps += stop.steps;
+            if stop.end == END_CAP && !may_hit_cap {
+                stop.end = END_SIDE;
+            }
+            may_hit_cap = false;
+            over = stop.end != END_MISS;
+            if !over {
+                // Nothing was hit: move to the end of the piece, and into the
+                // neighbour if that is on a side.
+                let x = at.state.predicted(time);
+                let t = at.t + time;
+                left = if prisms == 1 { t } else { left };
+                let mut guess = x;
+                came_through = NONE;
+                if bound < CAP {
+                    let link = link_of(self.prisms.prism(at.index).neighbours, bound);
+                    over = link == NO_NEIGHBOUR;
+                    if !over {
+                        came_through = link & 3;
+                        at.enter_prism(
+                            link >> 2,
+                            Prism::new(self.prisms.prism(link >> 2), self.depth),
+                        );
+                        prisms += 1;
+                        guess = across(x, bound, came_through);
+                    }
+                } else {
+                    over = bound == CAP;
+                }
+                if !over {
+                    at.go(t, guess, ROUNDS);
+                    // Above the neighbour's cap: entry there is handled by the
+                    // neighbouring prism.
+                    over = !at.regular || at.state.x.z < -5.0 * ARRIVED;
+                }
+                if !over && turns > self.linear_steps + PIECES {
+                    // Still in the shell: it counts as a hit, as steps that run out do.
+                    over = true;
+                    stop.end = END_SIDE;
+                    stop.s = 0.0;
+                }
+            }
+        }
+        let mut s = stop.s;
+        if stop.end == END_SIDE {
+            s = refine(&piece, self.profile, self.map, self.texels, &stop, &limits);
+        }
+        let x = kept3(at.state.predicted(s));
+        let uv = at.prism.uv(x.x, x.y);
+        let found = Found {
+            march: March {
+                end: stop.end,
+                s: enter + at.t + s,
+                uv: Vec2::new(kept(uv.x), kept(uv.y)),
+                depth_fraction: min(max(x.z, 0.0), 1.0),
+                steps,
+            },
+            prism: at.index,
+            x,
+            prisms,
+        };
+        (found, left)
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::disallowed_methods)] // Never compiled for a device.
+mod tests {
+    use super::*;
+    use crate::walk::tests::plane;
+
+    #[test]
+    fn parameters_go_round_the_common_side_the_other_way() {
+        // The same point of the diagonal of triangles 0 and 1, and a little beyond.
+        let prisms = plane();
+        let prism = |index: usize| Prism::new(&prisms[index], 0.5);
+        let x = Vec3::new(-1e-3, 0.3, 0.2);
+        let there = prism(0).point(x) + prism(0).anchor;
+        let beyond = across(x, 1, 2);
+        let same = prism(1).point(beyond) + prism(1).anchor;
+        assert!((there - same).length() < 2e-3, "{there} {same}");
+        assert!(beyond.y > 0.0);
+        // All three sides, there and back.
+        for side in 0..3 {
+            for other in 0..3 {
+                let x = Vec3::new(0.2, 0.5, 0.7);
+                let back = across(across(x, side, other), other, side);
+                assert!((back - x).length() < 1e-6, "{back} {x}");
+            }
+        }
+    }
+}
