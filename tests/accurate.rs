@@ -14,7 +14,7 @@
 
 use glam::DVec3;
 use rayon::prelude::*;
-use relievo::oracle::wide::{wide_frame, wide_object, wide_shell};
+use relievo::oracle::wide::{wide_frame, wide_object, wide_prism};
 use relievo::oracle::{AnalyticOracle, MeshOracle, Oracle, Sample, Truth};
 use relievo::prepare::{PreparedObject, PreparedScene, prepare, unlit_frame};
 use relievo::render::{CpuRenderer, GeometryWords, Renderer};
@@ -22,45 +22,11 @@ use relievo::scene::{Scene, Tier};
 use relievo_shared::layout::{Frame, NO_NEIGHBOUR};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 use relievo_shared_f64 as double;
-use relievo_tests::{asset, is_long};
+use relievo_tests::{Random, asset, is_long};
 use std::f64::consts::TAU;
 use std::fmt::{self, Write};
 use std::ops::AddAssign;
 use std::path::Path;
-
-/// Pseudorandom numbers, the same in every run (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        low + (high - low) * (self.bits() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// Uniform in its logarithm.
-    fn magnitude(&mut self, low: f64, high: f64) -> f64 {
-        self.within(low.ln(), high.ln()).exp()
-    }
-
-    fn choose<T: Copy>(&mut self, choices: &[T]) -> T {
-        choices[(self.bits() % choices.len() as u64) as usize]
-    }
-
-    fn direction(&mut self) -> DVec3 {
-        loop {
-            let v = DVec3::from([0; 3].map(|_| self.within(-1.0, 1.0)));
-            if (0.01..1.0).contains(&v.length_squared()) {
-                return v.normalize();
-            }
-        }
-    }
-}
 
 /// Scene files and their assets in a temporary folder.
 struct Folder(tempfile::TempDir);
@@ -301,8 +267,8 @@ impl<'a> Checker<'a> {
         let mut prisms = Vec::new();
         for object in &scene.objects {
             let depth = f64::from(object.parameters.depth);
-            let shells = object.shells.iter().map(wide_shell);
-            prisms.extend(shells.map(|shell| (shell, double::prism::Prism::new(&shell, depth))));
+            let all = object.prisms.iter().map(wide_prism);
+            prisms.extend(all.map(|data| (data, double::prism::Prism::new(&data, depth))));
         }
         Checker {
             scene,
@@ -319,9 +285,9 @@ impl<'a> Checker<'a> {
     /// δ at `point` in each of the prisms `near` over whose triangle it lies.
     fn depths(&self, near: &[usize], point: DVec3) -> Vec<f64> {
         let depth_in = |&i: &usize| {
-            let (shell, prism) = &self.prisms[i];
+            let (data, prism) = &self.prisms[i];
             let target = point - prism.anchor;
-            if !double::prism::is_near(shell, target) {
+            if !double::prism::is_near(data, target) {
                 return None;
             }
             // Newton's method.
@@ -369,9 +335,9 @@ impl<'a> Checker<'a> {
     fn met_from_outside(&self, ray: Ray) -> Sample {
         let ways: Vec<(usize, (f64, f64))> = (0..self.prisms.len())
             .filter_map(|i| {
-                let (shell, prism) = &self.prisms[i];
-                let centre = prism.anchor + DVec3::from(shell.centre);
-                Some((i, ray.in_ball(centre, shell.radius)?))
+                let (data, prism) = &self.prisms[i];
+                let centre = prism.anchor + DVec3::from(data.centre);
+                Some((i, ray.in_ball(centre, data.radius)?))
             })
             .collect();
         let near: Vec<usize> = ways.iter().map(|(i, _)| *i).collect();
@@ -693,8 +659,8 @@ fn most_pixels_but_not_most_triangles_need_no_prisms() {
 #[test]
 fn a_torn_shell_has_holes() {
     let mut scene = asset_scene("torus", "discs", [24.0, 10.0], "");
-    for shell in &mut scene.objects[0].shells {
-        shell.neighbours[0] = NO_NEIGHBOUR;
+    for data in &mut scene.objects[0].prisms {
+        data.neighbours[0] = NO_NEIGHBOUR;
     }
     let view = Viewpoint::towards(DVec3::new(0.0, 2.3, 3.4), DVec3::ZERO, 38.0);
     let words = CpuRenderer::new(&scene)
@@ -710,7 +676,7 @@ fn a_torn_shell_has_holes() {
 struct DoubleWalk<'a> {
     frame: double::layout::Frame,
     object: double::layout::Object,
-    shells: Vec<double::layout::PrismData>,
+    prisms: Vec<double::layout::PrismData>,
     texels: &'a [u32],
 }
 
@@ -720,16 +686,16 @@ impl<'a> DoubleWalk<'a> {
         DoubleWalk {
             frame: wide_frame(frame),
             object: wide_object(&object.parameters),
-            shells: object.shells.iter().map(wide_shell).collect(),
+            prisms: object.prisms.iter().map(wide_prism).collect(),
             texels: object.map.words(),
         }
     }
 
     /// The nearest of all hits, from any side.
     fn trace(&self, ray: Ray) -> Sample {
-        let is_near = |shell: &double::layout::PrismData| {
-            let centre = DVec3::from(shell.anchor) + DVec3::from(shell.centre);
-            ray.in_ball(centre, shell.radius).is_some()
+        let is_near = |data: &double::layout::PrismData| {
+            let centre = DVec3::from(data.anchor) + DVec3::from(data.centre);
+            ray.in_ball(centre, data.radius).is_some()
         };
         let search = |home| {
             let ray = double::model::Ray {
@@ -738,14 +704,14 @@ impl<'a> DoubleWalk<'a> {
                 direction: ray.direction,
             };
             let home = double::model::prisms::Home {
-                prisms: self.shells.as_slice(),
+                prisms: self.prisms.as_slice(),
                 index: home,
             };
             double::trace::trace::<double::model::Prisms, _, _>(&ray, &home, self.texels, &()).hit
         };
         (0..)
-            .zip(&self.shells)
-            .filter(|(_, shell)| is_near(shell))
+            .zip(&self.prisms)
+            .filter(|(_, data)| is_near(data))
             .map(|(home, _)| search(home))
             .map(|hit| Sample {
                 class: hit.class,
@@ -953,13 +919,13 @@ impl Checker<'_> {
     fn special_views(&self, count: usize) -> Vec<Viewpoint> {
         let stride = self.prisms.len().div_ceil(count);
         let mut views = Vec::new();
-        for (shell, prism) in self.prisms.iter().step_by(stride) {
-            let hull = double::prism::cap_hull(shell);
+        for (data, prism) in self.prisms.iter().step_by(stride) {
+            let hull = double::prism::cap_hull(data);
             let [a, b, c] = [hull[0], hull[1], hull[2]].map(|p| prism.anchor + p);
-            let normal = DVec3::from(shell.facet);
+            let normal = DVec3::from(data.facet);
             let fov = 40.0;
             views.extend([
-                Viewpoint::towards(a + 0.5 * DVec3::from(shell.corner_normals[0]), a, fov),
+                Viewpoint::towards(a + 0.5 * DVec3::from(data.corner_normals[0]), a, fov),
                 Viewpoint::towards(a + 0.3 * normal, a, fov),
                 Viewpoint::towards(a + (a - b).normalize(), a, fov),
                 Viewpoint::towards(a + (a - b).normalize() + 0.05 * normal, a, fov),

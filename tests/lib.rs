@@ -1,5 +1,9 @@
 //! Helpers of the cross-crate tests.
 
+mod random;
+
+pub use random::Random;
+
 use relievo::render::gpu::{Adapter, adapters};
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -172,7 +172,7 @@ fn naive_hit(eye: Vec3, direction: Vec3, [a, b, c]: [Vec3; 3]) -> bool {
     u >= 0.0 && v >= 0.0 && u + v <= 1.0
 }
 
-/// Section 5: rays through a shared edge meet one of the two triangles.
+/// Section 11: rays through a shared edge meet one of the two triangles.
 #[test]
 fn rays_through_shared_edges() {
     let mut random = fastrand::Rng::with_seed(7);

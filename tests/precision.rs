@@ -10,6 +10,7 @@ use relievo_shared as single;
 use relievo_shared::model::Model as _;
 use relievo_shared_f64 as double;
 use relievo_shared_f64::model::Model as _;
+use relievo_tests::Random;
 use single::path::Path as _;
 use std::collections::BTreeMap;
 
@@ -41,24 +42,6 @@ type Double = double::model::Quadric;
 /// Largest fraction of traced rays that hit another part of the pattern,
 /// because they pass its edge by less than a rounding error.
 const STRAYS: f64 = 2e-3;
-
-/// Pseudorandom numbers, the same in every run (splitmix64).
-struct Random(u64);
-
-impl Random {
-    fn within(&mut self, low: f64, high: f64) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        let z = z ^ (z >> 31);
-        low + (high - low) * (z >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn vector(&mut self, size: f64) -> glam::DVec3 {
-        let mut number = || self.within(-size, size);
-        glam::DVec3::new(number(), number(), number())
-    }
-}
 
 /// A frame, an object with its map, a triangle, and a ray that meets it.
 struct Case {

@@ -2,8 +2,8 @@
 //! of more than 600 lines of code.
 //!
 //! A file uses another if it names an item that is defined there, through
-//! re-exports, too. A module may use its own submodules while these use it: only
-//! the way up counts. Tests do not count.
+//! re-exports, too. A module may use its own submodules while these use it: such
+//! uses do not count, and neither do tests.
 
 use relievo_tests::root;
 use std::collections::{BTreeMap, BTreeSet};
@@ -258,7 +258,7 @@ impl Crate {
             .collect()
     }
 
-    /// The files on a circle, each with those that it uses on the same one.
+    /// The files on dependency cycles, each with those that it uses on the same cycle.
     fn circles(&self) -> Vec<String> {
         let uses: BTreeMap<Names, BTreeSet<Names>> = self
             .files

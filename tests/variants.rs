@@ -33,7 +33,7 @@ impl Prepared {
     fn with(path: &Path, mut scene: Scene, change: &dyn Fn(&mut Object)) -> Prepared {
         scene.size = SIZE;
         let mut scene = prepare(&scene, &|_| ()).unwrap();
-        scene.make_all_shells();
+        scene.make_all_prisms();
         for object in &mut scene.objects {
             change(&mut object.parameters);
         }
@@ -41,9 +41,9 @@ impl Prepared {
         for (i, object) in scene.objects.iter().enumerate() {
             // A margin of one pixel: more than any variant moves the triangle.
             let rectangles: Vec<Rectangle> = if object.has_prisms() {
-                let shells = object.shells.iter();
-                let outline = |shell| prism_outline(&scene.frame, &object.parameters, shell);
-                shells.map(|shell| outline(shell).rectangle).collect()
+                let prisms = object.prisms.iter();
+                let outline = |prism| prism_outline(&scene.frame, &object.parameters, prism);
+                prisms.map(|prism| outline(prism).rectangle).collect()
             } else {
                 let triangles = object.triangles.iter();
                 triangles
@@ -206,7 +206,7 @@ macro_rules! renderer {
                     direction,
                 };
                 if parameters.search == SEARCH_PRISMS {
-                    let prisms: &[PrismData] = bytemuck::cast_slice(&object.shells);
+                    let prisms: &[PrismData] = bytemuck::cast_slice(&object.prisms);
                     let index = index as u32;
                     return find::<Prisms, _>(&ray, &Home { prisms, index }, texels, best);
                 }

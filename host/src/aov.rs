@@ -36,8 +36,9 @@ use exr::prelude::{
 };
 use std::path::Path;
 
-/// Estimated bytes per pixel: words, channels, and the encoded file.
-pub const PIXEL_BYTES: u64 = 96;
+/// Estimated bytes per pixel: eight words, and four bytes per channel twice, since the
+/// encoded file is held too.
+pub const PIXEL_BYTES: u64 = 32 + 8 * CHANNELS.len() as u64;
 
 /// A channel of the file.
 struct Channel {
@@ -53,7 +54,7 @@ enum Value {
 
 /// All channels; a new one is one line.
 #[rustfmt::skip]
-const CHANNELS: [Channel; 8] = [
+const CHANNELS: &[Channel] = &[
     Channel { name: "t", value: Value::Float(|hit| hit.t()) },
     Channel { name: "u", value: Value::Float(|hit| hit.uv()[0]) },
     Channel { name: "v", value: Value::Float(|hit| hit.uv()[1]) },

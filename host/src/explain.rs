@@ -29,6 +29,7 @@ use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, Shaders}
 use relievo_shared::layout::{
     FORMAT_CODES, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,
 };
+use relievo_shared::profile::{self, grows};
 use std::fmt;
 use std::sync::Arc;
 
@@ -163,9 +164,15 @@ fn features(object: &PreparedObject, earlier: &[PreparedObject]) -> Vec<Feature>
         ),
         feature(
             "growth with depth",
-            parameters.bevel != 0.0,
+            grows(parameters),
             "bevel is not 0",
             "no bevel, no chamfer",
+        ),
+        feature(
+            "profiles other than straight",
+            parameters.profile != profile::STRAIGHT,
+            "technique",
+            "the technique has a straight profile",
         ),
         feature(
             "self-shadows",

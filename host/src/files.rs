@@ -68,7 +68,7 @@ impl Files {
     /// Checks that `path` may be read. A file on the disk need not exist.
     ///
     /// # Errors
-    /// The reason, and the way out.
+    /// The reason and the remedy.
     pub fn check(&self, path: &Path) -> Result<(), String> {
         match self {
             Files::Disk => Ok(()),

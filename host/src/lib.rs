@@ -9,15 +9,15 @@
 //! limits     what a scene may take: memory, files
 //! files      where it is read from: the disk, or memory
 //! mesh       OBJ or glTF → triangles with tangent frames and curvature
-//! shell      a mesh's curved prisms → plain data for the accurate tier
+//! prism      a mesh's curved prisms → plain data for the accurate tier
 //! shape_map  image, drawing or text → signed distance to the pattern
 //! prepare    all of these → plain data for a renderer
-//! budget     so many pixels wrong and no more → the cheapest data for a renderer
+//! budget     scene with an error budget → the cheapest data that keeps it
 //! render     data → words of a picture, on the CPU or on a GPU, by the same code
 //! picture    words → PNG        aov  words → OpenEXR
 //! export     data → shaders in other languages, and what they read
 //! overlay    the polygon mesh over a picture
-//! oracle     words against what closed forms say
+//! oracle     reference hits in f64 → errors of a picture
 //! verify     GPU words against CPU words
 //! ```
 //!
@@ -39,10 +39,10 @@ pub mod oracle;
 pub mod overlay;
 pub mod picture;
 pub mod prepare;
+pub mod prism;
 pub mod render;
 pub mod scene;
 pub mod shape_map;
-pub mod shell;
 #[cfg(feature = "gpu")]
 pub mod verify;
 

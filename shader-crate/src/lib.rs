@@ -1,7 +1,7 @@
 //! The shader entry points: bind resources, call [`relievo_shared`], write
 //! outputs. No arithmetic of their own.
 //!
-//! Which there are follows from the list in `relievo_shared::shaders`.
+//! The entry points are generated from the list in `relievo_shared::shaders`.
 //!
 //! Bindings of group 0, all read-only storage buffers of plain scalars:
 //! 0 [`Frame`], 1 [`Object`], 2 the object's facets ([`Triangle`],
@@ -12,7 +12,7 @@
 // A binding is an argument.
 #![allow(clippy::too_many_arguments)]
 
-use relievo_shared::facts::{CODES, CURVED, PLANAR, UPRIGHT, known};
+use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, known};
 use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
 use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Hit, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
@@ -188,8 +188,8 @@ fn geometry_words(hit: &Hit, normal: Vec3) -> (UVec4, UVec4) {
     )
 }
 
-/// An entry point that writes [`color_words`], with self-shadows if `$shadow`, of
-/// objects of which `$facts` are true, if they are given.
+/// Defines an entry point that writes [`color_words`], with self-shadows if `$shadow`.
+/// If `$facts` are given, it draws only objects for which they hold.
 macro_rules! color_entry_point {
     ($name:ident, $model:ident, $facet:ident, $shadow:literal $(, $facts:expr)?) => {
         #[doc = "Writes linear RGB as the bits of three f32, and the class."]
@@ -217,8 +217,8 @@ macro_rules! color_entry_point {
     };
 }
 
-/// An entry point that writes [`geometry_words`] of objects of which `$facts` are
-/// true, if they are given.
+/// Defines an entry point that writes [`geometry_words`]. If `$facts` are given, it
+/// draws only objects for which they hold.
 macro_rules! geometry_entry_point {
     ($name:ident, $model:ident, $facet:ident $(, $facts:expr)?) => {
         #[doc = "Writes (t, u, v, δ) and (class and steps, N), as bits."]
@@ -249,16 +249,16 @@ macro_rules! geometry_entry_point {
 
 /// The three entry points of a search, for any object and for special ones.
 macro_rules! fragment_entry_points {
-    ($($search:ident: $model:ident over $facet:ident
+    ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
             draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {$(
-        color_entry_point!($color, $model, $facet, false);
-        color_entry_point!($shadow, $model, $facet, true);
-        geometry_entry_point!($geometry, $model, $facet);
+        color_entry_point!($color, $model, $facet, false $(, $given)?);
+        color_entry_point!($shadow, $model, $facet, true $(, $given)?);
+        geometry_entry_point!($geometry, $model, $facet $(, $given)?);
         $(
-            // The object is held whole in registers, as far as it is needed.
+            // The object is copied to registers; the compiler removes unused fields.
             color_entry_point!($special_color, $special, $special_facet, false, $facts);
             color_entry_point!($special_shadow, $special, $special_facet, true, $facts);
             geometry_entry_point!($special_geometry, $special, $special_facet, $facts);

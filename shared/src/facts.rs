@@ -5,6 +5,7 @@
 //! the results are the same.
 
 use crate::layout::{FORMAT_CODES, Object, TIER_FAST, TIER_PLANAR};
+use crate::profile::{self, grows, know_straight, know_upright};
 
 /// The tier is the planar one.
 pub const PLANAR: u32 = 1;
@@ -14,17 +15,20 @@ pub const CURVED: u32 = 2;
 pub const UPRIGHT: u32 = 4;
 /// The map holds codes, not floats and not the paper's form.
 pub const CODES: u32 = 8;
+/// The profile is straight: nothing but a bevel or a chamfer.
+pub const STRAIGHT: u32 = 16;
 
 /// Returns all facts that are true of `object`.
 pub fn facts(object: &Object) -> u32 {
     let when = |is_so, fact| if is_so { fact } else { 0 };
     when(object.tier == TIER_PLANAR, PLANAR)
         | when(object.tier == TIER_FAST, CURVED)
-        | when(object.bevel == 0.0, UPRIGHT)
+        | when(!grows(object), UPRIGHT)
         | when(object.map_format == FORMAT_CODES, CODES)
+        | when(object.profile == profile::STRAIGHT, STRAIGHT)
 }
 
-/// Returns `object`, which `FACTS` are true of, as the compiler may know it.
+/// Returns `object`, for which `FACTS` hold, with the fields they determine as constants.
 #[inline]
 pub fn known<const FACTS: u32>(object: &Object) -> Object {
     let mut known = *object;
@@ -35,10 +39,13 @@ pub fn known<const FACTS: u32>(object: &Object) -> Object {
         known.tier = TIER_FAST;
     }
     if FACTS & UPRIGHT != 0 {
-        known.bevel = 0.0;
+        know_upright(&mut known);
     }
     if FACTS & CODES != 0 {
         known.map_format = FORMAT_CODES;
+    }
+    if FACTS & STRAIGHT != 0 {
+        know_straight(&mut known);
     }
     known
 }
@@ -53,11 +60,16 @@ mod tests {
         let mut seen = 0;
         for tier in [TIER_PLANAR, TIER_FAST, TIER_ACCURATE] {
             for bevel in [0.0, 0.1] {
-                for map_format in [FORMAT_CODES, FORMAT_FLOAT] {
+                for (map_format, profile) in [
+                    (FORMAT_CODES, profile::STRAIGHT),
+                    (FORMAT_FLOAT, profile::STRAIGHT),
+                    (FORMAT_CODES, u32::MAX),
+                ] {
                     let object = Object {
                         tier,
                         bevel,
                         map_format,
+                        profile,
                         ..Object::default()
                     };
                     let all = facts(&object);
@@ -69,10 +81,11 @@ mod tests {
                     changes(CURVED, known::<CURVED>(&object));
                     changes(UPRIGHT, known::<UPRIGHT>(&object));
                     changes(CODES, known::<CODES>(&object));
+                    changes(STRAIGHT, known::<STRAIGHT>(&object));
                     assert_eq!(known::<0>(&object), object);
                 }
             }
         }
-        assert_eq!(seen, PLANAR | CURVED | UPRIGHT | CODES);
+        assert_eq!(seen, PLANAR | CURVED | UPRIGHT | CODES | STRAIGHT);
     }
 }

@@ -37,6 +37,7 @@ use crate::shadow::{self, ShadowPoint};
 use crate::shape_map::ShapeMap;
 pub use crate::surface::Surface;
 use crate::surface::{interpolate, uv_bend};
+use crate::techniques::PROFILES;
 use crate::walk::{self, Field, PrismList};
 pub use crate::{Vec2, Vec3};
 use noise::{FloatNoise, Noise, noise_object};
@@ -119,12 +120,12 @@ macro_rules! for_each_kernel {
             surface(Corner: CURVATURE, Corner: CURVATURE, Corner: CURVATURE, Vec3: FRACTION, Vec3: DIRECTION) -> Surface = kernels::surface;
             path(Surface: CURVATURE, Vec3: DIRECTION, f32: DISTANCE, f32: DEPTH, u32: CHOICE, f32: FRACTION) -> (PathWords, Vec2, f32, Vec3) = kernels::path;
             path_over_quadric(Vec3: CURVATURE, f32: FACET_DEPTH, Vec3: DIRECTION, f32: DISTANCE, f32: DEPTH, f32: FRACTION) -> (PathWords, Vec2, f32, Vec3) = kernels::path_over_quadric;
-            profile(f32: WIDTH, f32: WIDTH, f32: FRACTION, f32: FRACTION, f32: TEXELS) -> (f32, f32, f32) = kernels::profile;
+            profile(u32: CHOICE, f32: WIDTH, f32: WIDTH, f32: FRACTION, f32: FRACTION, f32: TEXELS) -> (Vec3, Vec3) = kernels::profile;
             map(u32: CHOICE, Vec2: UV) -> (f32, Vec2) = kernels::map;
             search(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH, f32: FRACTION) -> March = kernels::search;
             search_relief(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH, f32: FRACTION) -> March = kernels::search_relief;
             search_paper(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH, f32: FRACTION) -> March = kernels::search_paper;
-            normal(u32: CHOICE, Surface: CURVATURE, Vec3: DIRECTION, Vec2: UV, f32: DEPTH, f32: WIDTH) -> Vec3 = kernels::normal;
+            normal(u32: CHOICE, Surface: CURVATURE, Vec3: DIRECTION, Vec2: UV, f32: DEPTH, f32: WIDTH, f32: FRACTION) -> Vec3 = kernels::normal;
             prism(Vec3: CURVATURE, Vec3: CURVATURE, Vec3: FRACTION, Vec3: DIRECTION, f32: DEPTH) -> (Vec3, Vec3, Vec3, f32) = kernels::prism;
             search_prism(u32: CHOICE, Vec3: CURVATURE, Vec3: CURVATURE, Vec3: FRACTION, Vec3: DIRECTION, f32: DEPTH, Vec2: WIDTH) -> (March, Vec3) = kernels::search_prism;
             lit(u32: CHOICE, Vec3: CURVATURE, Vec2: UV, Vec3: DIRECTION, Vec3: DIRECTION, f32: FRACTION, f32: DEPTH) -> bool = kernels::lit;
@@ -270,25 +271,42 @@ pub fn path_over_quadric(
     path(surface, direction, facet_t, depth, TIER_FAST, share)
 }
 
-/// A profile's radius at a depth, its depth at a distance, and its largest radius.
+/// One of the profiles.
+fn kind(choice: u32) -> u32 {
+    ((choice & 0xff) * PROFILES) >> 8
+}
+
+/// A profile's radius and slope at a depth, and its largest radius; its depth at a
+/// distance, the gap there, and whether it grows there.
 pub fn profile(
+    choice: u32,
     extension: f32,
     bevel: f32,
     chamfer: f32,
     depth_fraction: f32,
     distance: f32,
-) -> (f32, f32, f32) {
+) -> (Vec3, Vec3) {
     let profile = Profile::new(&Object {
         map_size: [128.0, 64.0],
         extension,
         bevel,
         chamfer,
+        profile: kind(choice),
+        parts: 1 + ((choice >> 8) & 7),
         ..Object::default()
     });
+    let grows = profile.is_growing(depth_fraction, || distance);
     (
-        profile.radius(depth_fraction),
-        profile.depth_of(distance),
-        profile.largest_radius(),
+        Vec3::new(
+            profile.radius(depth_fraction),
+            profile.slope(depth_fraction),
+            profile.largest_radius(),
+        ),
+        Vec3::new(
+            profile.depth_of(distance),
+            profile.gap(distance, depth_fraction),
+            if grows { 1.0 } else { 0.0 },
+        ),
     )
 }
 
@@ -320,6 +338,8 @@ fn solid(choice: u32, depth: f32, widths: Vec2, chamfer: f32) -> Object {
         extension: widths.x * 0.0625,
         bevel: widths.y * 0.25,
         chamfer,
+        profile: kind(choice >> 16),
+        parts: 1 + ((choice >> 24) & 7),
         ..noise_object(choice & !2)
     }
 }
@@ -513,6 +533,7 @@ pub fn normal(
     uv: Vec2,
     depth: f32,
     bevel: f32,
+    depth_fraction: f32,
 ) -> Vec3 {
     let object = solid(choice, depth, Vec2::new(0.0, bevel), 1.0);
     let map = ShapeMap::new(&object);
@@ -522,7 +543,15 @@ pub fn normal(
         normal: smooth,
         depth,
     };
-    normal_at(class, &object, &map, &Noise(choice), &surface, uv)
+    normal_at(
+        class,
+        &object,
+        &map,
+        &Noise(choice),
+        &surface,
+        uv,
+        depth_fraction,
+    )
 }
 
 /// Whether the light reaches a point among columns of noise.

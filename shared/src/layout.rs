@@ -257,6 +257,10 @@ pub struct Object {
     pub search: u32,
     /// Not 0: columns cast shadows on their own object.
     pub self_shadow: u32,
+    /// [`NUMBER`](crate::profile::Growth::NUMBER) of the profile.
+    pub profile: u32,
+    /// Number of parts of a profile that has parts, ≥ 1.
+    pub parts: u32,
 }
 
 /// The curvature of the surface is ignored: extrusion mapping without silhouette.
@@ -300,7 +304,7 @@ const _: () = {
     assert!(offset_of!(PrismData, facet) == 204 && offset_of!(PrismData, neighbours) == 324);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
-    assert!(size_of::<Object>() == 136 && align_of::<Object>() == 4);
+    assert!(size_of::<Object>() == 144 && align_of::<Object>() == 4);
     assert!(offset_of!(Object, cap_color) == 48 && offset_of!(Object, shininess) == 96);
 };
 

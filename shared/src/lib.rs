@@ -25,12 +25,13 @@
 //!   prism         triangle → curved prism (accurate tier)
 //! march         path × profile × shape map → hit, by safe steps
 //!   walk          from prism to prism, a march in each (accurate tier)
-//!   profile       r(δ): the radius of the pattern by depth — bevel, chamfer
+//!   profile       r(δ): the radius of the pattern by depth — one file a profile
 //!   shape_map     uv → distance to the pattern
 //! normals       hit → surface class and normal
 //! shadow        hit → lit or not
 //! light         normal → colour
 //! shaders       list of searches, tiers and shader entry points
+//! techniques    list of techniques, with their profiles and parameters
 //! facts         what specialised shaders know of an object
 //! layout        structs that the host writes and both renderers read
 //! kernels       list of functions whose results on GPU and CPU are compared
@@ -49,14 +50,14 @@
 //!
 //! **Loops.** `while` with a counter or a flag; no `for`, `loop`, `break` or
 //! `continue`, and no `return` from within a loop. A `for` is an iterator of
-//! `Option`s in rust-gpu, enums that cost registers and instructions. A second way
-//! out of a turn makes rust-gpu's structurizer duplicate the rest of the turn or
+//! `Option`s in rust-gpu, enums that cost registers and instructions. A second exit
+//! from the body makes rust-gpu's structurizer duplicate the rest of the body or
 //! guard it by flags of its own, and gives the loop a `continuing` block, which
 //! naga writes wrongly in GLSL, HLSL and MSL (gfx-rs/wgpu#4558): the portable
-//! shaders rewrite such loops, and refuse one that goes on from within a switch
+//! shaders rewrite such loops, and refuse a `continue` within a switch
 //! (`host/bitwise/src/portable.rs`). Code that is needed twice in a loop is
-//! executed in one place, in turns of the loop: a shader contains what is inlined
-//! twice, twice.
+//! written once and executed in separate iterations: what is inlined twice is in
+//! the shader twice.
 //!
 //! **Functions.** `#[inline]`, small, generic over types known at compile time;
 //! no recursion, no trait objects, no allocation, no panics but checks of debug
@@ -94,6 +95,7 @@ pub mod shaders;
 pub mod shadow;
 pub mod shape_map;
 pub mod surface;
+pub mod techniques;
 pub mod trace;
 pub mod walk;
 

@@ -5,13 +5,14 @@ use crate::Vec3;
 use crate::arithmetic::{max, normalize_or, power};
 use crate::layout::{Frame, Object, vec3};
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
+use crate::profile::grows;
 
 /// Returns the material's colour for a surface class, linear RGB.
 #[inline]
 pub fn albedo(object: &Object, class: u32) -> Vec3 {
     if class == CLASS_CAP {
         vec3(object.cap_color)
-    } else if class == CLASS_BEVEL && object.bevel != 0.0 {
+    } else if class == CLASS_BEVEL && grows(object) {
         vec3(object.bevel_color)
     } else if class == CLASS_FLOOR {
         vec3(object.floor_color)

@@ -48,9 +48,9 @@ pub struct Limits {
 
 /// Step lengths that cannot skip the solid, for one ray.
 ///
-/// Per unit of s, the distance f falls by at most √2 ℓ and the radius grows by at
-/// most k = b · dδ/ds. The gap f − r closes after gap / (√2 ℓ + k) at the earliest.
-/// The gap to the largest radius, which does not grow, closes by ℓ alone.
+/// Per unit of s, the distance f falls by at most √2 ℓ and the solid comes nearer by at
+/// most k, its largest slope times dδ/ds. The gap g closes after g / (√2 ℓ + k) at the
+/// earliest. The gap to the largest radius, which does not grow, closes by ℓ alone.
 ///
 /// ℓ is the larger of its values at both ends. Where it is less from s on, steps are
 /// longer by the factor `ease` + s `gain`: the norm is convex, so that ℓ lies below
@@ -71,8 +71,7 @@ struct StepLength {
 
 impl StepLength {
     #[inline]
-    fn after(&self, s: Real, distance: Real, radius: Real) -> Real {
-        let gap = distance - radius;
+    fn after(&self, s: Real, distance: Real, gap: Real) -> Real {
         let near = gap * self.near;
         let far = (gap - self.safe.margin) * self.far;
         let flat = if self.grows {
@@ -94,13 +93,14 @@ impl StepLength {
     }
 }
 
-/// Returns the radius of the solid around the pattern at `s` of `path`, texels.
+/// Returns the distance to the solid at `s` of `path`, texels, where the pattern is
+/// `distance` texels away.
 #[inline]
-fn radius<P: Path>(profile: &Profile, path: &P, s: Real) -> Real {
+fn gap<P: Path>(profile: &Profile, path: &P, s: Real, distance: Real) -> Real {
     if profile.grows {
-        profile.radius(clamp(path.depth_fraction(s), 0.0, 1.0))
+        profile.gap(distance, clamp(path.depth_fraction(s), 0.0, 1.0))
     } else {
-        profile.extension
+        profile.upright_gap(distance)
     }
 }
 
@@ -146,7 +146,7 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
         max(first, last)
     };
     let growth = if profile.grows {
-        profile.bevel * path.depth_rate()
+        profile.largest_slope() * path.depth_rate()
     } else {
         0.0
     };
@@ -194,15 +194,13 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
     let mut at_once = false;
     while !met && !left {
         let distance = map.distance(texels, path.uv(s));
-        let radius = radius(profile, path, s);
-        at_once = steps == 0 && distance <= radius;
-        met = at_once
-            || (steps > 0 && distance - radius <= tolerance)
-            || steps >= limits.linear_steps;
+        let gap = gap(profile, path, s, distance);
+        at_once = steps == 0 && gap <= 0.0;
+        met = at_once || (steps > 0 && gap <= tolerance) || steps >= limits.linear_steps;
         left = !met && s >= end;
         if !met && !left {
             before = s;
-            s += step_length.after(s, distance, radius);
+            s += step_length.after(s, distance, gap);
             steps += 1;
             left = s >= end;
         }
@@ -242,8 +240,8 @@ pub fn refine<P: Path, T: Texels + ?Sized>(
     let mut bisections = limits.binary_steps;
     while bisections > 0 && before + stop.least < s {
         let middle = 0.5 * (before + s);
-        let gap = map.distance(texels, path.uv(middle)) - radius(profile, path, middle);
-        if gap <= tolerance {
+        let distance = map.distance(texels, path.uv(middle));
+        if gap(profile, path, middle, distance) <= tolerance {
             s = middle;
         } else {
             before = middle;

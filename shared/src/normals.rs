@@ -3,6 +3,7 @@
 use crate::arithmetic::{div, normalize_or};
 use crate::layout::Object;
 use crate::march::{END_CAP, END_FLOOR, END_MISS, March};
+use crate::profile::Profile;
 use crate::shape_map::{ShapeMap, Texels};
 use crate::surface::Surface;
 use crate::{Real, Vec2, Vec3};
@@ -18,9 +19,10 @@ pub const CLASS_BEVEL: u32 = 3;
 /// The floor between the columns.
 pub const CLASS_FLOOR: u32 = 4;
 
-/// Returns the class of the point where the march ended.
+/// Returns the class of the point where the march ended. `distance` computes its
+/// distance to the pattern, texels.
 #[inline]
-pub fn class_of(march: &March, object: &Object) -> u32 {
+pub fn class_of(march: &March, object: &Object, distance: impl FnOnce() -> Real) -> u32 {
     if march.end == END_MISS {
         CLASS_MISS
     } else if march.end == END_CAP {
@@ -31,7 +33,7 @@ pub fn class_of(march: &March, object: &Object) -> u32 {
         } else {
             CLASS_FLOOR
         }
-    } else if object.bevel > 0.0 && march.depth_fraction < object.chamfer {
+    } else if Profile::new(object).is_growing(march.depth_fraction, distance) {
         CLASS_BEVEL
     } else {
         CLASS_WALL
@@ -82,8 +84,8 @@ impl HitSurface for SmoothSurface {
     }
 }
 
-/// Returns the unit normal of the carved surface at a hit of `class` at `uv`, where
-/// `surface` is the smooth surface.
+/// Returns the unit normal of the carved surface at a hit of `class` at `uv` and
+/// `depth_fraction`, where `surface` is the smooth surface.
 #[inline]
 pub fn normal_at<S: HitSurface, T: Texels + ?Sized>(
     class: u32,
@@ -92,14 +94,16 @@ pub fn normal_at<S: HitSurface, T: Texels + ?Sized>(
     texels: &T,
     surface: &S,
     uv: Vec2,
+    depth_fraction: Real,
 ) -> Vec3 {
     let smooth = surface.normal();
     if class != CLASS_WALL && class != CLASS_BEVEL {
         return smooth;
     }
     let slope = map.gradient(texels, uv) * map.size;
-    let is_sloped = class == CLASS_BEVEL && object.bevel != 0.0;
-    let side = surface.side(slope, is_sloped, object.bevel * map.size.x);
+    let profile = Profile::new(object);
+    let is_sloped = class == CLASS_BEVEL && profile.grows;
+    let side = surface.side(slope, is_sloped, profile.slope(depth_fraction));
     normalize_or(side, smooth)
 }
 
@@ -127,7 +131,7 @@ mod tests {
                 cut_out,
                 ..Object::default()
             };
-            class_of(&march, &object)
+            class_of(&march, &object, || 0.0)
         };
         for cut_out in [0, 1] {
             assert_eq!(class(END_MISS, 0.0, 0.1, 1.0, cut_out), CLASS_MISS);
@@ -165,7 +169,15 @@ mod tests {
             normal: at,
             depth: sample.object.depth,
         };
-        normal_at(class, &sample.object, &map, &sample.words[..], &surface, uv)
+        normal_at(
+            class,
+            &sample.object,
+            &map,
+            &sample.words[..],
+            &surface,
+            uv,
+            0.0,
+        )
     }
 
     #[test]

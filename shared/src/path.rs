@@ -1,7 +1,7 @@
 //! The ray inside the shell, in texture coordinates and depth, as a function of
 //! the distance s.
 //!
-//! [`Path`] is all that the searches know of a ray. [`QuadraticPath`] is the path
+//! [`Path`] is the interface of a ray to the searches. [`QuadraticPath`] is the path
 //! of the tiers that draw triangles; `model::flat` and `model::quadric` make it.
 
 use crate::arithmetic::abs;

@@ -8,18 +8,17 @@ use crate::layout::SEARCH_RELIEF;
 /// Calls the macro `$with`, after the tokens `$before`, with every search:
 ///
 /// ```text
-/// SEARCH_ constant: model over facets draws color shadow geometry
+/// SEARCH_ constant: model over facets given FACT draws color shadow geometry
 ///     tiers { /// doc
 ///             Name TIER_ constant "name" steps bisections; … }
 ///     special { facts => model over facets draws color shadow geometry; … }
 /// ```
 ///
 /// `color`, `shadow` (colour with self-shadows) and `geometry` are fragment entry
-/// points for any object of the search; those of `special` contain the code only
-/// for objects of which the `facts` are true (see [`facts`](crate::facts)), most
-/// facts first. Prisms and relief mapping are not faster for any fact. Callers
-/// import the names that they use: constants of `layout` and `facts`, models of
-/// `model`.
+/// points for any object of the search; if FACT is given, it must hold for the object.
+/// Those of `special` contain only the code for objects for which the
+/// `facts` hold (see [`facts`](crate::facts)), most facts first. Callers import the
+/// names that they use: constants of `layout` and `facts`, models of `model`.
 #[macro_export]
 macro_rules! for_each_search {
     ($with:ident $($before:tt)*) => {
@@ -35,18 +34,20 @@ macro_rules! for_each_search {
                 special {
                     PLANAR | UPRIGHT | CODES => Flat over PlanarTriangle
                         draws color_planar color_planar_shadow geometry_planar;
-                    PLANAR | CODES => Flat over PlanarTriangle
+                    PLANAR | STRAIGHT | CODES => Flat over PlanarTriangle
                         draws color_planar_growing color_planar_growing_shadow geometry_planar_growing;
                     CURVED | UPRIGHT | CODES => Quadric over Triangle
                         draws color_curved color_curved_shadow geometry_curved;
-                    CURVED | CODES => Quadric over Triangle
+                    CURVED | STRAIGHT | CODES => Quadric over Triangle
                         draws color_curved_growing color_curved_growing_shadow geometry_curved_growing;
+                    STRAIGHT => Quadric over Triangle
+                        draws color_straight color_straight_shadow geometry_straight;
                 }
-            SEARCH_RELIEF: Relief over Triangle
+            SEARCH_RELIEF: Relief over Triangle given STRAIGHT
                 draws color_relief color_relief_shadow geometry_relief
                 tiers {}
                 special {}
-            SEARCH_PAPER: Paper over Triangle
+            SEARCH_PAPER: Paper over Triangle given STRAIGHT
                 draws color_paper color_paper_shadow geometry_paper
                 tiers {
                     /// The paper's algorithms as printed, mistakes included.
@@ -59,7 +60,10 @@ macro_rules! for_each_search {
                     /// From prism to prism through the shell: no holes.
                     Accurate TIER_ACCURATE "accurate" 256 10;
                 }
-                special {}
+                special {
+                    STRAIGHT => Prisms over PrismData
+                        draws color_prisms_straight color_prisms_straight_shadow geometry_prisms_straight;
+                }
         }
     };
 }
@@ -92,7 +96,7 @@ pub struct TierRow {
 }
 
 macro_rules! tier_rows {
-    ($($search:ident: $model:ident over $facet:ident
+    ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident
         tiers { $($(#[$doc:meta])* $tier:ident $code:ident $name:literal $steps:literal $bisections:literal;)* }
         special { $($special:tt)* })*) => {

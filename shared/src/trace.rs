@@ -21,7 +21,9 @@ pub fn trace<M: Model<Over>, Over, T: Texels + ?Sized>(
 ) -> Traced<M::Place> {
     let found = M::search(ray, over, texels, entry);
     let march = found.march;
-    let class = class_of(&march, ray.object);
+    let class = class_of(&march, ray.object, || {
+        ShapeMap::new(ray.object).distance(texels, march.uv)
+    });
     let depth = reversed_depth(ray.frame, ray.direction, found.t);
     if class != CLASS_MISS {
         check(found.t);
@@ -53,7 +55,15 @@ fn normals_on<S: HitSurface, T: Texels + ?Sized>(
     surface: &S,
 ) -> Normals {
     let map = ShapeMap::new(ray.object);
-    let carved = normal_at(hit.class, ray.object, &map, texels, surface, hit.uv);
+    let carved = normal_at(
+        hit.class,
+        ray.object,
+        &map,
+        texels,
+        surface,
+        hit.uv,
+        hit.depth_fraction,
+    );
     check3(carved);
     Normals {
         carved,

@@ -62,7 +62,7 @@ fn bindings_of_every_kind_compile_and_read_the_buffers() {
                 .collect(),
             _ => bytemuck::pod_collect_to_vec::<u8, prisms::PrismData>(facets)
                 .iter()
-                .map(|shell| shell.anchor)
+                .map(|prism| prism.anchor)
                 .collect(),
         };
         let ours = object.triangles.iter();

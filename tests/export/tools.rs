@@ -1,4 +1,4 @@
-//! The tools that know the languages. Where one is not installed, its tests say
+//! Tools that check the shading languages. Where one is not installed, its tests say
 //! so and do nothing; with RELIEVO_TOOLS=required that is a failure.
 
 use super::cases::{cases, file};
@@ -34,7 +34,7 @@ const TOOLS: [Tool; 3] = [
         ],
         is_packaged: true,
     },
-    // GLSL as a program of both stages; and HLSL, of which it knows enough.
+    // Links both GLSL stages, and compiles HLSL, which it supports well enough.
     Tool {
         program: "glslangValidator",
         runs: &[

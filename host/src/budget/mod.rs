@@ -2,8 +2,8 @@
 //! pixels (`error_px`).
 //!
 //! The error in pixels is that of [`crate::oracle::Displacements`]: in 99 % of
-//! the pixels, the truth (the mesh as curved prisms in double precision) shows
-//! within that distance what the picture shows.
+//! the pixels, the truth (the mesh as curved prisms in double precision) has the
+//! picture's class and distance somewhere within that many pixels.
 //!
 //! Planning loads a scene, then
 //!

@@ -1,4 +1,4 @@
-//! Ways to draw an object, from cheap to dear.
+//! Ways to draw an object, from cheap to expensive.
 
 use super::metrics::ScreenMetrics;
 use super::model::{FAST, PLANAR};

@@ -39,7 +39,7 @@ impl Held {
         self.share_above.is_some_and(|share| share <= 1.0 - SHARE)
     }
 
-    /// Returns whether the plan made no promise that is not kept.
+    /// Returns whether the budget is kept or was not promised.
     pub fn is_honest(&self) -> bool {
         self.is_kept() || self.plan.promise != Promise::Kept
     }

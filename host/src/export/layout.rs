@@ -162,6 +162,8 @@ structs! {
         map_format: u32, "", "Format of the texels: 0 codes of 8 or 16 bits, 1 floats, 2 the paper's RGBA8. The shader is compiled for it.";
         search: u32, "", "Search: 0 extrusion, 1 relief, 2 paper, 3 prisms. The shader is compiled for it.";
         self_shadow: u32, "", "Not 0 if the object casts shadows on itself. The shader is compiled for it.";
+        profile: u32, "", "Profile of the extrusion: 0 straight. A shader for straight profiles does not read it.";
+        parts: u32, "", "Number of parts of a profile that has parts, >= 1.";
     }
     corner Corner "One corner of a triangle." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";
@@ -191,7 +193,7 @@ structs! {
         low: f32, "object units", "Minimum of dot(p, axis), p relative to the prism's anchor.";
         high: f32, "object units", "Maximum of dot(p, axis).";
     }
-    shell PrismData "The curved prism over one triangle: F(w1, w2, d) = S(w) - depth d N(w)." {
+    prism PrismData "The curved prism over one triangle: F(w1, w2, d) = S(w) - depth d N(w)." {
         anchor: [f32; 3], "object units", "The first corner, relative to the scene's origin; the other positions are relative to it.";
         surface: [[f32; 3]; 5], "object units", "S: coefficients of w1, w2, w1 w1, w1 w2, w2 w2.";
         normal: [[f32; 3]; 6], "", "N: coefficients of 1, w1, w2, w1 w1, w1 w2, w2 w2.";
@@ -279,7 +281,7 @@ pub(super) fn structs(facets: Facets) -> Vec<Struct> {
     match facets {
         Facets::Triangles => all.extend([corner(), triangle()]),
         Facets::PlanarTriangles => all.extend([planar_corner(), planar_triangle()]),
-        Facets::Prisms => all.extend([slab(), shell()]),
+        Facets::Prisms => all.extend([slab(), prism()]),
     }
     all
 }

@@ -8,7 +8,7 @@ use thiserror::Error;
 use super::projection::Projection;
 
 /// An error of loading or preparing a mesh. Every message names the mesh and
-/// the way out.
+/// the remedy.
 #[derive(Debug, Error)]
 pub enum MeshError {
     /// The file cannot be read.
@@ -59,7 +59,7 @@ pub enum MeshError {
     Invalid {
         /// The mesh file, or the name of the data.
         path: PathBuf,
-        /// The problem and the way out.
+        /// The problem and the remedy.
         problem: String,
     },
     /// The file is larger than allowed.

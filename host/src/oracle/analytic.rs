@@ -1,12 +1,14 @@
 //! Traces carved surfaces of a known shape in f64, by steps that cannot skip.
 
 use super::shape::{Foot, Shape};
+use super::wide::wide_object;
 use super::{Oracle, Sample};
 use crate::prepare::PreparedObject;
-use crate::scene::{Extrusion, SceneObject};
+use crate::scene::SceneObject;
 use crate::shape_map::ShapeMap;
 use glam::{DQuat, DVec2, DVec3, EulerRot};
 use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
+use relievo_shared_f64::profile::Profile;
 use std::f64::consts::SQRT_2;
 
 /// Minimum steps outside and inside the shell, object units; only thinner details
@@ -72,7 +74,7 @@ pub struct AnalyticOracle<'a> {
     /// S_z, world units; less than the shape's largest depth times the scale.
     pub depth: f64,
     /// Growth of the pattern with the depth.
-    pub extrusion: Extrusion,
+    pub profile: Profile,
     /// Whether there is no floor.
     pub cut_out: bool,
 }
@@ -120,11 +122,7 @@ impl<'a> AnalyticOracle<'a> {
             map: &prepared.map,
             repeat: object.repeat,
             depth: f64::from(parameters.depth),
-            extrusion: Extrusion {
-                extension: f64::from(parameters.extension),
-                bevel: f64::from(parameters.bevel),
-                chamfer: f64::from(parameters.chamfer),
-            },
+            profile: Profile::new(&wide_object(parameters)),
             cut_out: object.cut_out,
         }
     }
@@ -196,7 +194,7 @@ impl<'a> AnalyticOracle<'a> {
         let floor = self.own_depth();
         let (texels, reach) = self.texel_rate(p, floor - foot.depth);
         // The distance is √2-Lipschitz per texel, and the pattern grows downwards.
-        let growth = self.extrusion.bevel.abs() * f64::from(self.map.width()) / floor;
+        let growth = self.profile.largest_slope() / floor;
         let gap = self.gap(foot);
         (gap / (SQRT_2 * texels + growth))
             .min(reach)
@@ -219,14 +217,9 @@ impl<'a> AnalyticOracle<'a> {
 
     /// Computes g of section 2, texels: the distance to the grown pattern.
     fn gap(&self, foot: &Foot) -> f64 {
-        let Extrusion {
-            extension,
-            bevel,
-            chamfer,
-        } = self.extrusion;
-        let fraction = (foot.depth / self.own_depth()).max(0.0);
-        let radius = extension + bevel * fraction.min(chamfer);
-        self.distance_to_pattern(foot.uv) - radius * f64::from(self.map.width())
+        let fraction = (foot.depth / self.own_depth()).clamp(0.0, 1.0);
+        self.profile
+            .gap(self.distance_to_pattern(foot.uv), fraction)
     }
 
     /// Computes the distance to the pattern, texels: the bilinear interpolation of

@@ -2,7 +2,7 @@
 //! separates errors of f32 arithmetic from errors of the model (O2 of section 7).
 
 use super::prism_search::{HulledPrism, search};
-use super::wide::{wide_object, wide_shell};
+use super::wide::{wide_object, wide_prism};
 use super::{Oracle, Sample};
 use crate::hierarchy;
 use crate::prepare::PreparedScene;
@@ -62,9 +62,9 @@ impl<'a> MeshOracle<'a> {
         let mut objects = Vec::with_capacity(scene.objects.len());
         for (index, object) in scene.objects.iter().enumerate() {
             let parameters = wide_object(&object.parameters);
-            let shells = object.all_shells(scene.origin);
-            prisms.extend(shells.iter().map(|shell| ScenePrism {
-                prism: HulledPrism::new(&wide_shell(shell), parameters.depth),
+            let all = object.all_prisms(scene.origin);
+            prisms.extend(all.iter().map(|data| ScenePrism {
+                prism: HulledPrism::new(&wide_prism(data), parameters.depth),
                 object: index,
             }));
             objects.push(SceneObject {
@@ -109,7 +109,8 @@ impl<'a> MeshOracle<'a> {
             found.prisms += 1;
             found.steps += hit.march.steps;
             found.lost += u32::from(hit.lost);
-            let class = match class_of(&hit.march, &object.parameters) {
+            // The oracle does not distinguish bevels from walls: no distance is needed.
+            let class = match class_of(&hit.march, &object.parameters, || 0.0) {
                 CLASS_BEVEL => CLASS_WALL,
                 class => class,
             };

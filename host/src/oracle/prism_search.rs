@@ -68,13 +68,13 @@ pub(super) struct HulledPrism {
 }
 
 impl HulledPrism {
-    /// Makes the prism of `shell`, `depth` object units deep.
-    pub fn new(shell: &PrismData, depth: f64) -> HulledPrism {
-        let (cap, normal) = (cap_hull(shell), normal_hull(shell));
-        let facet = DVec3::from(shell.facet);
+    /// Makes the prism of `data`, `depth` object units deep.
+    pub fn new(data: &PrismData, depth: f64) -> HulledPrism {
+        let (cap, normal) = (cap_hull(data), normal_hull(data));
+        let facet = DVec3::from(data.facet);
         let (b, c) = (cap[1], cap[2]);
         HulledPrism {
-            prism: Prism::new(shell, depth),
+            prism: Prism::new(data, depth),
             hull: std::array::from_fn(|i| match i {
                 0..6 => cap[i],
                 _ => cap[i - 6] - normal[i - 6] * depth,
@@ -272,12 +272,10 @@ impl PrismRay<'_> {
         (state, inside)
     }
 
-    /// Returns the distance to the pattern and its radius at `x`, texels.
-    fn distance_and_radius(&self, x: DVec3) -> (f64, f64) {
-        (
-            self.map.distance(self.texels, self.prism.uv(x.x, x.y)),
-            self.profile.radius(clamp(x.z, 0.0, 1.0)),
-        )
+    /// Returns the distances to the pattern and to the solid at `x`, texels.
+    fn distance_and_gap(&self, x: DVec3) -> (f64, f64) {
+        let distance = self.map.distance(self.texels, self.prism.uv(x.x, x.y));
+        (distance, self.profile.gap(distance, clamp(x.z, 0.0, 1.0)))
     }
 
     /// Returns a time within which the pattern cannot be hit, if x follows its
@@ -285,8 +283,7 @@ impl PrismRay<'_> {
     ///
     /// The bounds are those of the straight march, with the maxima within `longest`
     /// of the texels per object unit and of the growth of the radius.
-    fn safe_time(&self, state: &State, distance: f64, radius: f64, longest: f64) -> f64 {
-        let gap = distance - radius;
+    fn safe_time(&self, state: &State, distance: f64, gap: f64, longest: f64) -> f64 {
         let near = gap * self.safe.lipschitz;
         let (far, flat) = if distance >= 1.5 {
             let margin = self.safe.margin;
@@ -303,7 +300,7 @@ impl PrismRay<'_> {
         let h = min(longest, div(reach, max(speed, 1e-18)));
         let speed = speed + acceleration * h;
         let down = max(state.velocity.z + abs(state.acceleration.z) * h, 0.0);
-        let growth = self.profile.bevel * down;
+        let growth = self.profile.largest_slope() * down;
         let step = max(
             max(
                 div(near, max(speed + self.safe.lipschitz * growth, 1e-18)),
@@ -403,14 +400,14 @@ pub(super) fn search(
                     met = !first || (state.velocity.z >= 0.0 && state.x.z <= BELOW);
                     over = true;
                 } else {
-                    let (distance, radius) = search.distance_and_radius(state.x);
+                    let (distance, gap) = search.distance_and_gap(state.x);
                     let tolerance = if first { 0.0 } else { TOLERANCE };
-                    met = distance - radius <= tolerance || steps >= linear_steps;
+                    met = gap <= tolerance || steps >= linear_steps;
                     over = met;
                     if !met {
                         steps += 1;
                         let longest = max(min(state.until_outside(), span - t), least);
-                        h = search.safe_time(&state, distance, radius, longest);
+                        h = search.safe_time(&state, distance, gap, longest);
                         over = t >= span;
                     }
                 }
@@ -434,8 +431,8 @@ pub(super) fn search(
     while bisections > 0 {
         let middle = 0.5 * (before + t);
         let (candidate, regular) = search.at(middle, state.predicted(middle - t), ROUNDS);
-        let (distance, radius) = search.distance_and_radius(candidate.x);
-        if regular && (distance - radius <= TOLERANCE || candidate.x.z >= FLOOR) {
+        let (_, gap) = search.distance_and_gap(candidate.x);
+        if regular && (gap <= TOLERANCE || candidate.x.z >= FLOOR) {
             t = middle;
             state = candidate;
         } else {

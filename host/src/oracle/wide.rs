@@ -18,25 +18,25 @@ fn wide<const N: usize>(a: [f32; N]) -> [f64; N] {
 }
 
 /// Widens a prism.
-pub fn wide_shell(shell: &PrismData) -> double::PrismData {
+pub fn wide_prism(prism: &PrismData) -> double::PrismData {
     double::PrismData {
-        anchor: wide(shell.anchor),
-        surface: shell.surface.map(wide),
-        normal: shell.normal.map(wide),
-        corner_normals: shell.corner_normals.map(wide),
-        uv: shell.uv.map(wide),
-        facet: wide(shell.facet),
-        least_determinant: f64::from(shell.least_determinant),
-        spread: f64::from(shell.spread),
-        slabs: shell.slabs.map(|slab| double::Slab {
+        anchor: wide(prism.anchor),
+        surface: prism.surface.map(wide),
+        normal: prism.normal.map(wide),
+        corner_normals: prism.corner_normals.map(wide),
+        uv: prism.uv.map(wide),
+        facet: wide(prism.facet),
+        least_determinant: f64::from(prism.least_determinant),
+        spread: f64::from(prism.spread),
+        slabs: prism.slabs.map(|slab| double::Slab {
             axis: wide(slab.axis),
             low: f64::from(slab.low),
             high: f64::from(slab.high),
         }),
-        centre: wide(shell.centre),
-        radius: f64::from(shell.radius),
-        inverse_altitude: f64::from(shell.inverse_altitude),
-        neighbours: shell.neighbours,
+        centre: wide(prism.centre),
+        radius: f64::from(prism.radius),
+        inverse_altitude: f64::from(prism.inverse_altitude),
+        neighbours: prism.neighbours,
     }
 }
 
@@ -84,6 +84,8 @@ pub fn wide_object(object: &Object) -> double::Object {
         map_format: object.map_format,
         search: object.search,
         self_shadow: object.self_shadow,
+        profile: object.profile,
+        parts: object.parts,
     }
 }
 

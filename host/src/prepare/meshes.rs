@@ -3,7 +3,7 @@
 use super::step::Step;
 use crate::Error;
 use crate::limits::Account;
-use crate::mesh::{Bounds, Mesh, MeshOptions, MeshShell, MeshSource, MeshTriangle};
+use crate::mesh::{Bounds, Mesh, MeshOptions, MeshPrism, MeshSource, MeshTriangle};
 use crate::scene::{Scene, SceneObject, Tier};
 use glam::{DQuat, DVec3, EulerRot};
 use relievo_shared::layout::{PrismData, Triangle};
@@ -128,7 +128,7 @@ fn drawn_bytes(object: &SceneObject) -> u64 {
     let plain = size_of::<Triangle>();
     // A plan may choose the accurate tier.
     let has_prisms = object.tier == Tier::Accurate || object.budget.is_some();
-    let prisms = size_of::<PrismData>() + size_of::<MeshShell>();
+    let prisms = size_of::<PrismData>() + size_of::<MeshPrism>();
     (plain + if has_prisms { prisms } else { 0 }) as u64
 }
 

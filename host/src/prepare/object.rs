@@ -4,12 +4,13 @@ use super::camera::narrow;
 use super::prepared::PreparedObject;
 use crate::Error;
 use crate::mesh::{Mesh, MeshCorner, MeshTriangle, smaller_stretch};
-use crate::scene::{Extrusion, Material, Scene, SceneObject, Shape};
+use crate::prism::folded;
+use crate::scene::{Material, Scene, SceneObject, Shape};
 use crate::shape_map::{ShapeMap, Storage};
-use crate::shell::folded;
 use glam::DVec3;
 use rayon::prelude::*;
 use relievo_shared::layout::{Corner, Object, Triangle};
+use relievo_shared::profile::{Profile, know_upright};
 use std::sync::Arc;
 
 /// Prepares `object`, number `number` of `scene`; `origin` is the scene's, and
@@ -24,12 +25,7 @@ pub(super) fn prepare_object(
     pixel: f64,
 ) -> Result<PreparedObject, Error> {
     let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
-    let extrusion =
-        growth(object.extrusion, &object.shape, &map).map_err(|problem| Error::Object {
-            scene: scene.path.clone(),
-            name: object.name.clone(),
-            problem,
-        })?;
+    let extrusion = object.extrusion;
     let Material {
         cap,
         wall,
@@ -38,7 +34,7 @@ pub(super) fn prepare_object(
         specular,
         shininess,
     } = object.material;
-    let parameters = Object {
+    let mut parameters = Object {
         map_size: [map.width() as f32, map.height() as f32],
         map_step: map.step(),
         depth: depth as f32,
@@ -68,7 +64,14 @@ pub(super) fn prepare_object(
         map_format: map.storage().shader_format(),
         search: object.search_code(),
         self_shadow: u32::from(object.self_shadow),
+        profile: extrusion.profile,
+        parts: extrusion.parts,
     };
+    check_growth(&mut parameters, &object.shape, &map).map_err(|problem| Error::Object {
+        scene: scene.path.clone(),
+        name: object.name.clone(),
+        problem,
+    })?;
     let flat = FLAT / mesh.bounds.diagonal();
     let triangles = mesh
         .triangles
@@ -80,13 +83,13 @@ pub(super) fn prepare_object(
         number,
         parameters,
         triangles,
-        shells: Vec::new(),
+        prisms: Vec::new(),
         map,
         map_options: object.map,
         mesh,
     };
     if prepared.has_prisms() {
-        make_shells(scene, object, &mut prepared, origin)?;
+        make_prisms(scene, object, &mut prepared, origin)?;
     }
     Ok(prepared)
 }
@@ -170,49 +173,47 @@ fn gradient_reach(width: u32, height: u32) -> f32 {
     reach.min(0.25 * narrowest as f32)
 }
 
-/// Checks that the distances that `map` stores suffice for `extrusion`, and
+/// Checks that the distances that `map` stores suffice for the profile of `object`, and
 /// removes the growth of an empty pattern.
 ///
 /// # Errors
 /// A text that says what is too large and how to change it.
-fn growth(extrusion: Extrusion, shape: &Shape, map: &ShapeMap) -> Result<Extrusion, String> {
+fn check_growth(object: &mut Object, shape: &Shape, map: &ShapeMap) -> Result<(), String> {
     let width = f64::from(map.width());
-    let largest = extrusion.extension + extrusion.bevel * extrusion.chamfer;
+    let profile = Profile::new(object);
+    let [smallest, largest] = [profile.radius(0.0), profile.largest_radius()].map(f64::from);
     // Upper bound of the distance to the pattern in a map that repeats.
     let furthest = 0.5 * width.hypot(f64::from(map.height()));
-    if largest * width >= furthest {
+    if largest >= furthest {
         // The pattern covers everything, unless it is empty.
         let is_empty = (0..map.height())
             .into_par_iter()
             .all(|y| (0..map.width()).all(|x| map.decode(x, y) > 0.0));
-        return Ok(if is_empty {
-            Extrusion {
-                extension: 0.0,
-                bevel: 0.0,
-                ..extrusion
-            }
-        } else {
-            extrusion
-        });
+        if is_empty {
+            object.extension = 0.0;
+            know_upright(object);
+        }
+        return Ok(());
     }
     let better = format!("bake the map with --format {}", map.storage().larger());
-    if map.saturated() && largest * width >= f64::from(map.max_distance()) {
+    if map.saturated() && largest >= f64::from(map.max_distance()) {
         return Err(format!(
-            "the pattern grows by e + b·c = {largest:.4} widths, but {} holds distances up to {:.4} widths only; make extension or bevel smaller, or {better}",
+            "the pattern grows by e + b·c = {:.4} widths, but {} holds distances up to {:.4} widths only; make extension or bevel smaller, or {better}",
+            largest / width,
             shape,
             f64::from(map.max_distance()) / width,
         ));
     }
     let has_bottom = map.saturated() || map.storage() == Storage::Rgba8;
-    if has_bottom && extrusion.extension * width <= f64::from(map.min_distance()) {
+    if has_bottom && smallest <= f64::from(map.min_distance()) {
         return Err(format!(
             "the pattern shrinks by {:.4} widths, but {} holds distances down to {:.4} widths inside it only; make extension larger, or {better}",
-            -extrusion.extension,
+            -smallest / width,
             shape,
             f64::from(map.min_distance()) / width,
         ));
     }
-    Ok(extrusion)
+    Ok(())
 }
 
 /// Maximum number of triangles named in an error.
@@ -230,15 +231,15 @@ const SHALLOWEST: f64 = 3e-5;
 /// # Errors
 /// [`Error::Object`] if the surface bends too much for the depth, or if the depth
 /// is below [`SHALLOWEST`].
-fn make_shells(
+fn make_prisms(
     scene: &Scene,
     object: &SceneObject,
     prepared: &mut PreparedObject,
     origin: DVec3,
 ) -> Result<(), Error> {
-    let shells = prepared.mesh.shells();
+    let prisms = prepared.mesh.prisms();
     let depth = f64::from(prepared.parameters.depth);
-    if let Some(folded) = folded(&shells, depth) {
+    if let Some(folded) = folded(&prisms, depth) {
         let clamped = CLAMPED * folded.largest_depth;
         if !object.clamp_depth || clamped <= 0.0 {
             let triangles = &prepared.mesh.triangles;
@@ -267,7 +268,7 @@ fn make_shells(
                 problem: format!(
                     "the surface bends too much for the depth {depth:.6} of the accurate tier in {} of {} triangles ({}{more}); {way_out}",
                     folded.triangles.len(),
-                    shells.len(),
+                    prisms.len(),
                     named.join(", "),
                 ),
             });
@@ -276,7 +277,7 @@ fn make_shells(
             "object {:?}: depth {depth:.6} is clamped to {clamped:.6}, since the surface bends too much in {} of {} triangles",
             object.name,
             folded.triangles.len(),
-            shells.len(),
+            prisms.len(),
         );
         prepared.parameters.depth = clamped as f32;
     }
@@ -293,6 +294,6 @@ fn make_shells(
             ),
         });
     }
-    prepared.shells = prepared.narrow_shells(&shells, origin);
+    prepared.prisms = prepared.narrow_prisms(&prisms, origin);
     Ok(())
 }

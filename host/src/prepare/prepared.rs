@@ -1,10 +1,10 @@
 //! A prepared scene: plain data that renderers read.
 
 use super::camera::{finer, frame};
-use crate::mesh::{Bounds, Mesh, MeshShell};
+use crate::mesh::{Bounds, Mesh, MeshPrism};
+use crate::prism::narrow_prism;
 use crate::scene::{Camera, MapOptions, Scene};
 use crate::shape_map::ShapeMap;
-use crate::shell::narrow_shell;
 use glam::DVec3;
 use rayon::prelude::*;
 use relievo_shared::layout::{Frame, Object, PrismData, SEARCH_PRISMS, Triangle};
@@ -47,7 +47,7 @@ pub struct PreparedObject {
     /// Its triangles, relative to the scene's origin.
     pub triangles: Vec<Triangle>,
     /// Its prisms, one for each triangle; empty unless the tier is accurate.
-    pub shells: Vec<PrismData>,
+    pub prisms: Vec<PrismData>,
     /// Its shape map; objects with the same pattern share it.
     pub map: Arc<ShapeMap>,
     /// Options that the map was made with, of a plain pattern.
@@ -79,10 +79,10 @@ impl PreparedScene {
     }
 
     /// Makes the prisms of every object, whatever its tier.
-    pub fn make_all_shells(&mut self) {
+    pub fn make_all_prisms(&mut self) {
         for object in &mut self.objects {
-            let shells = object.all_shells(self.origin).into_owned();
-            object.shells = shells;
+            let prisms = object.all_prisms(self.origin).into_owned();
+            object.prisms = prisms;
         }
     }
 
@@ -96,26 +96,26 @@ impl PreparedScene {
 }
 
 impl PreparedObject {
-    /// Rounds `shells` to f32, for the object's depth.
-    pub(super) fn narrow_shells(&self, shells: &[MeshShell], origin: DVec3) -> Vec<PrismData> {
+    /// Rounds `prisms` to f32, for the object's depth.
+    pub(super) fn narrow_prisms(&self, prisms: &[MeshPrism], origin: DVec3) -> Vec<PrismData> {
         let depth = f64::from(self.parameters.depth);
-        shells
+        prisms
             .par_iter()
             .zip(&self.triangles)
-            .map(|(shell, triangle)| {
+            .map(|(prism, triangle)| {
                 let uv = triangle.corners.map(|corner| corner.uv);
-                narrow_shell(shell, uv, depth, origin)
+                narrow_prism(prism, uv, depth, origin)
             })
             .collect()
     }
 
     /// Returns the prisms of all triangles, made by this call unless the tier is
     /// accurate; `origin` is the scene's.
-    pub fn all_shells(&self, origin: DVec3) -> Cow<'_, [PrismData]> {
-        if self.shells.is_empty() {
-            Cow::Owned(self.narrow_shells(&self.mesh.shells(), origin))
+    pub fn all_prisms(&self, origin: DVec3) -> Cow<'_, [PrismData]> {
+        if self.prisms.is_empty() {
+            Cow::Owned(self.narrow_prisms(&self.mesh.prisms(), origin))
         } else {
-            Cow::Borrowed(&self.shells)
+            Cow::Borrowed(&self.prisms)
         }
     }
 

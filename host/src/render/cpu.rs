@@ -124,8 +124,8 @@ impl<'a> CpuRenderer<'a> {
         for (i, object) in self.scene.objects.iter().enumerate() {
             let order = |(j, is_near): (usize, bool)| is_near.then_some([i as u32, j as u32]);
             if object.has_prisms() {
-                let shells = object.shells.par_iter();
-                let near = shells.map(|shell| is_near(shell, eye - Vec3::from(shell.anchor)));
+                let prisms = object.prisms.par_iter();
+                let near = prisms.map(|prism| is_near(prism, eye - Vec3::from(prism.anchor)));
                 let near = near.enumerate().filter_map(order);
                 self.around_eye.par_extend(near);
             } else {
@@ -263,9 +263,9 @@ fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
         let bounds: &mut dyn Iterator<Item = (Vec3, Vec3)> = if object.has_prisms() {
             let depth = object.parameters.depth;
             &mut object
-                .shells
+                .prisms
                 .iter()
-                .map(move |shell| prism_bounds(shell, depth))
+                .map(move |prism| prism_bounds(prism, depth))
         } else {
             &mut object.triangles.iter().map(|triangle| {
                 let [a, b, c] = triangle.corners.map(|corner| Vec3::from(corner.position));

@@ -37,7 +37,7 @@ impl Facet for PrismData {
         run: impl FnOnce(&Home<&[PrismData]>) -> R,
     ) -> R {
         run(&Home {
-            prisms: &object.shells,
+            prisms: &object.prisms,
             index,
         })
     }
@@ -83,11 +83,11 @@ impl PrismCount for PrismPlace {
 
 /// One type for the hits of all models of the list.
 macro_rules! found {
-    ($($search:ident: $model:ident over $facet:ident
+    ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident
         tiers { $($tiers:tt)* }
         special { $($special:tt)* })*) => {
-        /// A hit, and what its colour depends on.
+        /// A hit with the data to shade it.
         #[derive(Clone, Copy)]
         pub(super) enum Found {
             $($model(
@@ -110,7 +110,7 @@ macro_rules! found {
                 }
             }
 
-            /// The hit, without what only its model knows.
+            /// Returns the part of the hit that all models share.
             pub(super) fn hit(&self) -> &Hit {
                 match self {
                     $(Found::$model(_, traced) => &traced.hit,)*

@@ -51,7 +51,7 @@ pub struct Hits<'a> {
     scene: &'a PreparedScene,
     frame: &'a Frame,
     words: &'a GeometryWords,
-    /// Tells the objects of a scene apart; made for the first hit that asks.
+    /// Finds the objects of hits; created at the first use.
     tracer: OnceLock<CpuRenderer<'a>>,
 }
 
@@ -108,7 +108,8 @@ impl<'a> Hits<'a> {
 }
 
 impl Hit<'_, '_> {
-    /// Returns the distance along the ray, world units.
+    /// Returns the distance of the hit from the eye, world units. The shaders' object
+    /// units are the same: transforms are applied when meshes are loaded.
     pub fn t(&self) -> f32 {
         self.hits.words.t(self.index())
     }

@@ -122,6 +122,13 @@ impl SceneObject {
         self
     }
 
+    /// Sets the number of parts of a profile that has parts.
+    #[must_use]
+    pub fn parts(mut self, parts: u32) -> SceneObject {
+        self.extrusion.parts = parts;
+        self
+    }
+
     /// Sets the repeats of the pattern along u and v.
     #[must_use]
     pub fn repeat(mut self, u: impl Into<f64>, v: impl Into<f64>) -> SceneObject {

@@ -3,6 +3,8 @@
 use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT};
 use super::{Scene, SceneError, SceneObject, Search, Shape, Tier};
 use glam::DVec3;
+use relievo_shared::profile;
+use relievo_shared::techniques::PROFILES;
 
 /// Longest path that operating systems open, bytes.
 const LONGEST_PATH: usize = 4096;
@@ -134,10 +136,19 @@ fn object(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
         let problem = format!("is {reduction}; it is a power of two");
         return wrong("map_reduction", &problem);
     }
+    if object.extrusion.profile >= PROFILES {
+        let problem = "has a profile that does not exist; set a technique";
+        return wrong("technique", problem);
+    }
     match (object.search, object.tier) {
         (Search::Relief, Tier::Accurate) => {
             let problem = "has no relief mapping; use tier = \"fast\", or another technique";
             return wrong("tier", problem);
+        }
+        (Search::Relief, _) | (_, Tier::Paper) if object.extrusion.profile != profile::STRAIGHT => {
+            let problem =
+                "is for straight profiles only; use tier = \"fast\" and technique = \"chamfered\"";
+            return wrong("technique", problem);
         }
         // The paper's D is never negative, and neither is D − e.
         (_, Tier::Paper) if object.extrusion.extension < 0.0 => {

@@ -18,7 +18,7 @@ pub enum SceneError {
     NotAScene {
         /// The path.
         path: PathBuf,
-        /// What is wrong, and the way out.
+        /// What is wrong and the remedy.
         problem: String,
     },
     /// The file is not TOML, or has no object.
@@ -40,7 +40,7 @@ pub enum SceneError {
         column: usize,
         /// Key with its tables, such as `camera.fov` or `object 1: depth`.
         key: String,
-        /// What is wrong, and the way out.
+        /// What is wrong and the remedy.
         problem: String,
     },
     /// A field of a scene that was made or changed in code has a value that is not allowed.
@@ -50,7 +50,7 @@ pub enum SceneError {
         path: PathBuf,
         /// Key of the field, as in [`SceneError::Value`].
         key: String,
-        /// What is wrong, and the way out.
+        /// What is wrong and the remedy.
         problem: String,
     },
 }

@@ -184,7 +184,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .default("4 % of the mesh's diagonal"),
     Key::new(
         "technique",
-        "How geometry is made of the pattern; `relief` is relief mapping, the baseline.",
+        "How geometry is made of the pattern ([techniques](#techniques)).",
         Technique::kind,
         |object: &SceneObject| object.technique().to_toml(),
         |object, value| match Technique::from_toml(value) {
@@ -196,20 +196,20 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         },
     )
     .default("the simplest with the parameters given"),
-    key!(SceneObject, "extension", extrusion.extension: f64, "Extension e: growth of the pattern. Not for `basic`.")
+    key!(SceneObject, "extension", extrusion.extension: f64, "Extension e: growth of the pattern at every depth.")
         .range(-1.0, 2.0)
         .unit("widths")
-        .default("0; 0.02 for `outward`")
+        .default("the technique's")
         .slider("Extension e", -0.2, 0.3),
-    key!(SceneObject, "bevel", extrusion.bevel: f64, "Bevel b: growth of the pattern per unit of depth. For `beveled`, `chamfered` and `relief`.")
+    key!(SceneObject, "bevel", extrusion.bevel: f64, "Bevel b: growth of the pattern per unit of depth, down to the chamfer's end.")
         .range(0.0, 10.0)
         .unit("widths/depth")
-        .default("0.08; 0 for `relief`")
+        .default("the technique's")
         .slider("Bevel b", 0.0, 0.5),
-    key!(SceneObject, "chamfer", extrusion.chamfer: f64, "Chamfer c: part of the depth where the bevel ends. For `chamfered` and `relief`.")
+    key!(SceneObject, "chamfer", extrusion.chamfer: f64, "Chamfer c: part of the depth where the growth ends.")
         .range(0.0, 1.0)
         .unit("of the depth")
-        .default("0.6; 1 for `relief`")
+        .default("the technique's")
         .slider("Chamfer c", 0.0, 1.0),
     key!(SceneObject, "error_px", budget: Option<f64>, "[Error budget](index.md#error-budgets): the planner finds the cheapest tier, tolerance, slack, steps and map that keep it. Excludes their keys, and `relief`.")
         .range(BUDGETS.0, BUDGETS.1)

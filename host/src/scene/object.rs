@@ -3,6 +3,7 @@
 use super::{Color, Search, Shape, Tier};
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::Storage;
+use relievo_shared::profile;
 use std::path::{Path, PathBuf};
 
 /// Default tolerance of the accurate tier, pixels.
@@ -10,25 +11,36 @@ const DEFAULT_TOLERANCE: f64 = 0.02;
 /// Default luma below which a pixel is pattern.
 const DEFAULT_THRESHOLD: u8 = 128;
 
-/// Parameters of the extrusions (section 2).
+/// How the pattern grows with the depth (section 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extrusion {
+    /// Number of the profile, see `relievo_shared::profile`; techniques set it.
+    pub profile: u32,
     /// Extension e, pattern widths.
     pub extension: f64,
     /// Bevel b, pattern widths per unit of δ.
     pub bevel: f64,
-    /// Chamfer c, 0…1: the δ where the bevel ends.
+    /// Chamfer c, 0…1: the δ where the growth ends.
     pub chamfer: f64,
+    /// Number of parts of a profile that has parts.
+    pub parts: u32,
+}
+
+impl Extrusion {
+    /// Upright walls, without extension.
+    pub const UPRIGHT: Extrusion = Extrusion {
+        profile: profile::STRAIGHT,
+        extension: 0.0,
+        bevel: 0.0,
+        chamfer: 1.0,
+        parts: 1,
+    };
 }
 
 impl Default for Extrusion {
-    /// Upright walls, without extension.
+    /// [`Extrusion::UPRIGHT`].
     fn default() -> Extrusion {
-        Extrusion {
-            extension: 0.0,
-            bevel: 0.0,
-            chamfer: 1.0,
-        }
+        Extrusion::UPRIGHT
     }
 }
 

@@ -22,7 +22,7 @@ impl Scene {
     /// [`Scene::load_within`] with [`Limits::default`] for files from elsewhere.
     ///
     /// # Errors
-    /// [`SceneError`] with the file, the line and the way out.
+    /// [`SceneError`] with the file, the line and the remedy.
     pub fn load(path: &Path) -> Result<Scene, SceneError> {
         Scene::load_within(path, &Limits::trusting())
     }
@@ -210,7 +210,14 @@ impl Reader<'_> {
             .into_iter()
             .filter(|name| Technique::is_parameter(name));
         let parameters: Vec<&str> = parameters.filter(|name| given(name)).collect();
-        object.set_technique(Technique::with_parameters(&parameters));
+        let Some(technique) = Technique::with_parameters(&parameters) else {
+            let problem = format!(
+                "has no technique with all of {}; leave one of them out",
+                parameters.join(", ")
+            );
+            return Err(self.wrong(&format!("{prefix}{}", parameters[0]), problem));
+        };
+        object.set_technique(technique);
 
         // A nested table has keys of its own.
         let shape = table

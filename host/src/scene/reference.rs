@@ -1,7 +1,7 @@
 //! The reference page of scene files, docs/scene.md.
 
 use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, bound};
-use super::{Scene, SceneObject};
+use super::{Scene, SceneObject, Technique};
 use crate::shape_map::Lettering;
 use std::fmt::Write;
 
@@ -49,6 +49,7 @@ pub fn page() -> String {
         OBJECT,
         &object,
     );
+    techniques(&mut page);
     table(
         &mut page,
         "[object.material]",
@@ -59,6 +60,23 @@ pub fn page() -> String {
     let text = "A text as pattern, such as `shape = { text = \"ABC\", margin = 0.1 }`.";
     table(&mut page, "shape", text, TEXT, &Lettering::new(""));
     page
+}
+
+/// Appends the table of techniques, and the default values of their parameters.
+fn techniques(page: &mut String) {
+    let header = "| technique | meaning | parameters |\n|---|---|---|";
+    writeln!(page, "\n## Techniques\n\n{header}").expect("strings take any text");
+    for technique in Technique::ALL {
+        let mut object = SceneObject::default();
+        object.set_technique(technique);
+        let parameters = OBJECT.iter().filter(|key| technique.has(key.name));
+        let parameters: Vec<String> = parameters
+            .filter_map(|key| Some(format!("`{} = {}`", key.name, key.get(&object)?)))
+            .collect();
+        let (name, doc) = (technique.name(), technique.describe());
+        writeln!(page, "| `{name}` | {doc} | {} |", parameters.join(", "))
+            .expect("strings take any text");
+    }
 }
 
 /// Appends the table of some keys.

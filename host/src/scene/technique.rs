@@ -1,68 +1,66 @@
-//! The techniques of the paper, as scene files name them. This is the only list
-//! of them on the host.
+//! Techniques: the ways to make geometry of a pattern. Their list is in
+//! `relievo_shared::techniques`.
 
 use super::{Extrusion, SceneObject, Search};
+use relievo_shared::for_each_technique;
+use relievo_shared::techniques::{TECHNIQUES, TechniqueRow};
 
-/// A way to make geometry of a pattern.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Technique {
-    /// Upright walls on the pattern's outline.
-    Basic,
-    /// Upright walls, the pattern grown by the extension.
-    Outward,
-    /// Walls that slant outwards down to the floor.
-    Beveled,
-    /// Walls that slant outwards down to a part of the depth.
-    Chamfered,
-    /// Relief mapping, the baseline of comparisons.
-    Relief,
+macro_rules! technique {
+    ($($name:ident $text:literal $module:ident::$profile:ident $is_relief:literal [$($parameter:literal),*]
+        ($($default:literal)*) $doc:literal;)*) => {
+        /// A way to make geometry of a pattern, as scene files name it.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        pub enum Technique {
+            $(#[doc = $doc] $name,)*
+        }
+
+        impl Technique {
+            /// All techniques. Those with fewer parameters come first.
+            pub const ALL: [Technique; TECHNIQUES.len()] = [$(Technique::$name),*];
+        }
+    };
 }
+for_each_technique!(technique);
 
 impl Technique {
-    /// All techniques. Each one follows those with fewer parameters, but for
-    /// relief mapping.
-    pub const ALL: [Technique; 5] = [
-        Technique::Basic,
-        Technique::Outward,
-        Technique::Beveled,
-        Technique::Chamfered,
-        Technique::Relief,
-    ];
+    fn row(self) -> &'static TechniqueRow {
+        &TECHNIQUES[self as usize]
+    }
 
     /// Returns the name in scene files.
     pub fn name(self) -> &'static str {
-        match self {
-            Technique::Basic => "basic",
-            Technique::Outward => "outward",
-            Technique::Beveled => "beveled",
-            Technique::Chamfered => "chamfered",
-            Technique::Relief => "relief",
-        }
+        self.row().name
+    }
+
+    /// Returns the description.
+    pub fn describe(self) -> &'static str {
+        self.row().doc
     }
 
     /// Returns the keys of its parameters.
     pub fn parameters(self) -> &'static [&'static str] {
-        match self {
-            Technique::Basic => &[],
-            Technique::Outward => &["extension"],
-            Technique::Beveled => &["extension", "bevel"],
-            // A depth map can hold any profile.
-            Technique::Chamfered | Technique::Relief => &["extension", "bevel", "chamfer"],
+        self.row().parameters
+    }
+
+    /// Returns how it searches for hits.
+    pub fn search(self) -> Search {
+        if self.row().is_relief {
+            Search::Relief
+        } else {
+            Search::Extrusion
         }
     }
 
     /// Returns the default values of its parameters.
     pub fn default_extrusion(self) -> Extrusion {
-        let [extension, bevel, chamfer] = match self {
-            Technique::Basic | Technique::Relief => [0.0, 0.0, 1.0],
-            Technique::Outward => [0.02, 0.0, 1.0],
-            Technique::Beveled => [0.0, 0.08, 1.0],
-            Technique::Chamfered => [0.0, 0.08, 0.6],
-        };
+        let row = self.row();
+        let [extension, bevel, chamfer] = row.growth;
         Extrusion {
+            profile: row.profile,
             extension,
             bevel,
             chamfer,
+            parts: row.parts,
         }
     }
 
@@ -77,33 +75,40 @@ impl Technique {
     }
 
     /// Returns the technique with the fewest parameters that has all of `given`.
-    pub fn with_parameters(given: &[&str]) -> Technique {
+    pub fn with_parameters(given: &[&str]) -> Option<Technique> {
         let mut all = Technique::ALL.into_iter();
         all.find(|technique| given.iter().all(|name| technique.has(name)))
-            .expect("one technique has every parameter")
+    }
+
+    /// Returns whether it draws objects with `search` and `extrusion`.
+    fn draws(self, search: Search, extrusion: &Extrusion) -> bool {
+        let Extrusion {
+            profile,
+            extension,
+            bevel,
+            chamfer,
+            parts: _,
+        } = *extrusion;
+        search == self.search()
+            && profile == self.row().profile
+            && (extension == 0.0 || self.has("extension"))
+            && (bevel == 0.0 || self.has("bevel"))
+            && (chamfer == 1.0 || self.has("chamfer"))
     }
 }
 
 impl SceneObject {
     /// Returns the technique with the fewest parameters that draws the object.
     pub fn technique(&self) -> Technique {
-        let extrusion = self.extrusion;
-        match self.search {
-            Search::Relief => Technique::Relief,
-            Search::Extrusion if extrusion.chamfer != 1.0 => Technique::Chamfered,
-            Search::Extrusion if extrusion.bevel != 0.0 => Technique::Beveled,
-            Search::Extrusion if extrusion.extension != 0.0 => Technique::Outward,
-            Search::Extrusion => Technique::Basic,
-        }
+        let mut all = Technique::ALL.into_iter();
+        all.find(|technique| technique.draws(self.search, &self.extrusion))
+            .unwrap_or(Technique::Relief)
     }
 
     /// Sets the search, and parameters and effort to the technique's defaults.
     pub fn set_technique(&mut self, technique: Technique) {
         self.extrusion = technique.default_extrusion();
-        self.search = match technique {
-            Technique::Relief => Search::Relief,
-            _ => Search::Extrusion,
-        };
+        self.search = technique.search();
         self.set_default_effort();
     }
 }

@@ -3,6 +3,7 @@
 
 use super::keys::OBJECT;
 use super::{Scene, SceneObject, Search, Tier};
+use relievo_shared::profile;
 
 impl SceneObject {
     /// Resets what another tier or search was set for: parameters that have no
@@ -10,6 +11,9 @@ impl SceneObject {
     pub fn tidy(&mut self) {
         if self.search == Search::Relief {
             self.tier = Tier::Fast;
+        }
+        if self.search == Search::Relief || self.tier == Tier::Paper {
+            self.extrusion.profile = profile::STRAIGHT;
         }
         if self.tier == Tier::Paper {
             self.extrusion.extension = self.extrusion.extension.max(0.0);

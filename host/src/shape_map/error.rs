@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 /// An error of reading or writing patterns and shape maps.
 ///
-/// The message names the file and the way out;
+/// The message names the file and the remedy;
 /// [`source`](std::error::Error::source) is the cause, if there is one.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
@@ -42,7 +42,7 @@ pub enum ShapeMapError {
     Drawing {
         /// The file.
         path: PathBuf,
-        /// The problem and the way out.
+        /// The problem and the remedy.
         problem: String,
     },
 
@@ -51,7 +51,7 @@ pub enum ShapeMapError {
     Text {
         /// The text.
         text: String,
-        /// The problem and the way out.
+        /// The problem and the remedy.
         problem: String,
     },
 

@@ -23,7 +23,7 @@ pub(super) fn sides([width, height]: [f64; 2], raster: u32) -> [u32; 2] {
 /// Renders a drawing on white.
 ///
 /// # Errors
-/// The problem and the way out, if the picture does not fit in memory or the
+/// The problem and the remedy, if the picture does not fit in memory or the
 /// rasteriser panics.
 pub(super) fn paint(
     tree: &Tree,

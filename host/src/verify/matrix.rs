@@ -19,69 +19,43 @@
 //! ```
 
 use crate::prepare::PreparedScene;
-use crate::scene::Tier;
+use crate::scene::{Search, Technique, Tier};
 use relievo_shared::layout::Object;
+use relievo_shared::profile;
 use relievo_shared::shaders::search_of;
 
-/// Parameters that a variant changes; lengths are in pattern widths.
+/// What a variant changes.
 struct Variation {
     name: &'static str,
-    extension: f32,
-    bevel: f32,
-    chamfer: f32,
-    relief: bool,
+    technique: Technique,
     cut_out: bool,
     self_shadow: bool,
 }
 
-const BASIC: Variation = Variation {
-    name: "basic",
-    extension: 0.0,
-    bevel: 0.0,
-    chamfer: 1.0,
-    relief: false,
-    cut_out: false,
-    self_shadow: false,
-};
-
-const VARIATIONS: [Variation; 7] = [
-    BASIC,
-    Variation {
-        name: "outward",
-        extension: 0.03,
-        ..BASIC
-    },
-    Variation {
-        name: "beveled",
-        extension: 0.01,
-        bevel: 0.06,
-        ..BASIC
-    },
-    Variation {
-        name: "chamfered",
-        bevel: 0.08,
-        chamfer: 0.5,
-        ..BASIC
-    },
-    Variation {
-        name: "relief",
-        bevel: 0.05,
-        relief: true,
-        ..BASIC
-    },
-    Variation {
-        name: "cut out",
-        cut_out: true,
-        ..BASIC
-    },
-    Variation {
-        name: "self-shadowed",
-        bevel: 0.08,
-        chamfer: 0.5,
-        self_shadow: true,
-        ..BASIC
-    },
-];
+/// Every technique, and the features beside.
+fn variations() -> Vec<Variation> {
+    let techniques = Technique::ALL.into_iter().map(|technique| Variation {
+        name: technique.name(),
+        technique,
+        cut_out: false,
+        self_shadow: false,
+    });
+    let features = [
+        Variation {
+            name: "cut out",
+            technique: Technique::Basic,
+            cut_out: true,
+            self_shadow: false,
+        },
+        Variation {
+            name: "self-shadowed",
+            technique: Technique::Chamfered,
+            cut_out: false,
+            self_shadow: true,
+        },
+    ];
+    techniques.chain(features).collect()
+}
 
 /// Calls `visit` with the scene in every tier with every technique of that tier, and
 /// with the variant's name, "tier, technique". Restores the scene afterwards.
@@ -93,25 +67,31 @@ pub fn for_each_variant<E>(
     mut visit: impl FnMut(&PreparedScene, &str) -> Result<(), E>,
 ) -> Result<(), E> {
     // Prisms depend on the depth only, which no variant changes.
-    scene.make_all_shells();
+    scene.make_all_prisms();
     let original: Vec<Object> = scene.objects.iter().map(|o| o.parameters).collect();
     let mut result = Ok(());
-    for variation in &VARIATIONS {
+    for variation in &variations() {
+        let extrusion = variation.technique.default_extrusion();
+        let relief = variation.technique.search() == Search::Relief;
+        let straight = extrusion.profile == profile::STRAIGHT;
         for tier in Tier::ALL {
             // Relief mapping exists for the paths of the planar and the fast tier.
             let has_relief = matches!(tier, Tier::Planar | Tier::Fast);
-            if result.is_err() || (variation.relief && !has_relief) {
+            let is_drawn = (has_relief || !relief) && (straight || tier != Tier::Paper);
+            if result.is_err() || !is_drawn {
                 continue;
             }
             for object in &mut scene.objects {
                 let parameters = &mut object.parameters;
                 parameters.tier = tier.code();
-                parameters.extension = variation.extension;
-                parameters.bevel = variation.bevel;
-                parameters.chamfer = variation.chamfer;
+                parameters.extension = extrusion.extension as f32;
+                parameters.bevel = extrusion.bevel as f32;
+                parameters.chamfer = extrusion.chamfer as f32;
+                parameters.profile = extrusion.profile;
+                parameters.parts = extrusion.parts;
                 parameters.cut_out = variation.cut_out.into();
                 parameters.self_shadow = variation.self_shadow.into();
-                parameters.search = search_of(tier.code(), variation.relief);
+                parameters.search = search_of(tier.code(), relief);
             }
             result = visit(scene, &format!("{}, {}", tier.name(), variation.name));
         }

@@ -8,6 +8,7 @@ use relievo::prepare::PreparedScene;
 use relievo::scene::keys::{self, Key, OBJECT};
 use relievo::scene::{Color, Lettering, Scene, SceneObject, Search, Shape, Technique, Tier};
 use relievo::shape_map::{DEFAULT_RASTER, Storage};
+use relievo_shared::profile;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
@@ -251,17 +252,28 @@ impl<'a> Controls<'a> {
 
     /// Shows the sliders of the technique's parameters.
     fn technique(&mut self, object: &mut SceneObject) {
+        let mut technique = object.technique();
+        let all = Technique::ALL.into_iter();
+        let all = all.map(|technique| (technique, technique.name()));
+        if self.choice("Technique", &mut technique, all) {
+            object.set_technique(technique);
+            object.tidy();
+        }
         for key in OBJECT {
+            // Straight profiles show all parameters: changing one may change the technique.
+            let is_shown = technique.has(key.name)
+                || (object.extrusion.profile == profile::STRAIGHT
+                    && Technique::Chamfered.has(key.name));
             let is_hidden = key.name == "chamfer"
                 && object.extrusion.bevel <= 0.0
                 && object.search != Search::Relief;
-            if is_hidden || !Technique::is_parameter(key.name) {
-                continue;
+            if is_shown && !is_hidden {
+                self.key(key, object, 0.0);
             }
-            self.key(key, object, 0.0);
         }
         let extrusion = &mut object.extrusion;
-        if extrusion.bevel == 0.0 && object.search != Search::Relief {
+        let is_upright = extrusion.bevel == 0.0 && extrusion.profile == profile::STRAIGHT;
+        if is_upright && object.search != Search::Relief {
             extrusion.chamfer = 1.0;
         }
         if object.tier == Tier::Paper {
@@ -307,13 +319,6 @@ impl<'a> Controls<'a> {
     }
 
     fn accuracy(&mut self, object: &mut SceneObject) {
-        let searches = [
-            (Search::Extrusion, "extrusion"),
-            (Search::Relief, "relief mapping"),
-        ];
-        if self.choice("Search", &mut object.search, searches) {
-            object.tidy();
-        }
         let is_ours = object.search == Search::Extrusion;
         let mut has_budget = object.budget.is_some();
         if is_ours && self.flag("Find the cheapest for an error", &mut has_budget) {

@@ -39,8 +39,8 @@ fn blocks(all: &[Instruction<'_>]) -> Vec<u32> {
         .collect()
 }
 
-/// Returns the targets of the blocks that only branch, without blocks that anything but a
-/// branch refers to.
+/// Returns the targets of blocks that only branch. Leaves out blocks that instructions
+/// other than branches refer to.
 fn empty_blocks(all: &[Instruction<'_>]) -> BTreeMap<u32, u32> {
     let mut empty: BTreeMap<u32, u32> = all
         .windows(2)

@@ -3,6 +3,7 @@ use crate::layout::{FORMAT_CODES, Object, TIER_FAST};
 use crate::path::{QuadraticPath, test_surface};
 use crate::shape_map::tests::{FORMS, Random, Sample, cell_borders, least_value};
 use crate::surface::Surface;
+use crate::techniques::PROFILES;
 use crate::{Vec2, Vec3};
 use std::f64::consts::TAU;
 
@@ -185,12 +186,14 @@ impl Scene {
     /// g of section 2, texels.
     fn gap(&self, s: f64) -> f64 {
         let [x, y] = self.sample.texel_of(self.uv(s));
-        let profile = &self.profile;
+        let object = &self.sample.object;
+        let [extension, bevel] =
+            [object.extension, object.bevel].map(|widths| f64::from(widths * object.map_size[0]));
         let grown = self
             .depth_fraction(s)
             .clamp(0.0, 1.0)
-            .min(f64::from(profile.chamfer));
-        self.sample.at(x, y) - f64::from(profile.extension) - f64::from(profile.bevel) * grown
+            .min(f64::from(object.chamfer));
+        self.sample.at(x, y) - extension - bevel * grown
     }
 
     /// The least g between the start and `end`.
@@ -203,7 +206,7 @@ impl Scene {
             .collect();
         // The growth stops where δ = c, and δ itself is clamped to 0 and 1.
         let (slope, bend) = (f64::from(self.path.slope), f64::from(self.path.bend));
-        for level in [0.0, f64::from(self.profile.chamfer), 1.0] {
+        for level in [0.0, f64::from(self.sample.object.chamfer), 1.0] {
             let root = (slope * slope - 4.0 * bend * level * self.depth)
                 .max(0.0)
                 .sqrt();
@@ -349,6 +352,9 @@ fn a_bent_path_passes_nothing() {
         let path = QuadraticPath::new(&surface, direction, 1.0, 0.3, TIER_FAST);
         let object = Object {
             bevel: (random.magnitude(0.05, 5.0) / f64::from(sample.object.map_size[0])) as f32,
+            chamfer: random.within(0.05, 1.0) as f32,
+            profile: random.whole(0, PROFILES - 1),
+            parts: random.whole(1, 5),
             ..sample.object
         };
         let profile = Profile::new(&object);

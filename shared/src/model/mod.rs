@@ -1,6 +1,6 @@
 //! Models of the surface: what each tier knows about it.
 //!
-//! [`Model`] is all that [`trace`](crate::trace) asks of a tier. Each
+//! [`Model`] is the interface of a tier to [`trace`](crate::trace). Each
 //! implementation is one file, and one entry of
 //! [`for_each_search`](crate::for_each_search).
 //!
@@ -11,6 +11,9 @@
 //! paper     the paper's algorithms as printed
 //! prisms    accurate tier: from curved prism to curved prism
 //! ```
+//!
+//! `over_triangle` holds what all but the last share: the triangle that a ray meets, and
+//! the point where it enters the shell.
 
 pub mod flat;
 pub mod over_triangle;
@@ -58,8 +61,8 @@ pub trait Model<Over> {
     /// The smooth surface at a hit.
     type Surface: HitSurface;
 
-    /// Returns whether the ray may enter the shell over this facet, by the
-    /// cheapest test.
+    /// Returns whether the ray may enter the shell over this facet, by the cheapest
+    /// test; always true where only the search can tell.
     fn meet(ray: &Ray<'_>, over: &Over) -> (bool, Self::Meeting);
 
     /// Returns whether the ray enters the shell over this facet, and how.

@@ -1,4 +1,4 @@
-//! What the models that are drawn over triangles have in common.
+//! Code shared by the models that are drawn over triangles.
 
 use super::{Found, Model, Normals, Ray, Traced};
 use crate::Real;

@@ -56,7 +56,7 @@ fn quotient(a: Real, b: Real) -> Real {
 const FAR_UV: Real = 1e6;
 
 /// Parameters of the paper's procedures: map, technique and steps.
-struct Search<'a, T: Texels + ?Sized> {
+struct Procedures<'a, T: Texels + ?Sized> {
     map: &'a ShapeMap,
     texels: &'a T,
     extension: Real,
@@ -66,7 +66,7 @@ struct Search<'a, T: Texels + ?Sized> {
     binary_steps: u32,
 }
 
-impl<T: Texels + ?Sized> Search<'_, T> {
+impl<T: Texels + ?Sized> Procedures<'_, T> {
     /// D(P) = τ EDT(P) − e, width units, 0 on the pattern; (4), and e as in the
     /// text below (7). Fault: e appears in no algorithm.
     #[inline]
@@ -182,7 +182,7 @@ pub fn search<T: Texels + ?Sized>(
     surface: &Surface,
     direction: Vec3,
 ) -> March {
-    let search = Search {
+    let search = Procedures {
         map,
         texels,
         extension: object.extension,

@@ -18,8 +18,8 @@ const ROUNDING: Real = 1e-6;
 #[cfg(feature = "double")]
 const ROUNDING: Real = 1e-14;
 
-/// Maximum distance beside the triangle, in weights, at which a ray may enter because of
-/// the distance to the opening.
+/// Maximum distance outside the triangle, in weights, at which a ray may still enter
+/// because it is not exactly at the opening.
 const FURTHEST: Real = 0.01;
 
 /// Number of attempts to reach an opening, after which [`THRESHOLD`] decides.
@@ -319,8 +319,8 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     }
                     over = found || is_closed;
                 }
-                // Beyond the hull's end there is nothing: if it looks so, the
-                // second order may be wrong.
+                // The ray cannot enter beyond the end of the hull. A prediction there
+                // may be wrong, so the step is limited to that end.
                 let h_inside = min(h, rest);
                 let h = if abs(h_inside) < shortest {
                     shortest

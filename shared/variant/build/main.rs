@@ -13,7 +13,7 @@ use std::path::{Path, PathBuf};
 use syn::visit_mut::VisitMut;
 
 /// Lists for shaders, which are macros or need other crates.
-const SKIPPED: [&str; 2] = ["kernels", "shaders"];
+const SKIPPED: [&str; 3] = ["kernels", "shaders", "techniques"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     let sources = Path::new(&std::env::var("CARGO_MANIFEST_DIR")?).join("../src");

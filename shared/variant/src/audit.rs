@@ -4,9 +4,9 @@ use crate::Site;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
-/// Quotients, roots and their operands are 0 or at least of this magnitude …
+/// Smallest magnitude, except 0, of quotients, roots and their operands: 2⁻⁶⁰.
 const LOW: f32 = f32::from_bits((127 - 60) << 23);
-/// … and at most of this one: 2⁻⁶⁰ and 2⁶⁰.
+/// Largest magnitude of quotients, roots and their operands: 2⁶⁰.
 const HIGH: f32 = f32::from_bits((127 + 60) << 23);
 
 /// How an operation leaves the range.

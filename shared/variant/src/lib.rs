@@ -14,7 +14,7 @@
 //! let (hit, findings) = audited(|| native::fragment::meet(&frame, &object, &triangle, direction));
 //! ```
 #![forbid(unsafe_code)]
-// What the shared mathematics must not call is what is played with here.
+// This crate replaces operations that the shared mathematics must not call.
 #![allow(clippy::disallowed_methods)]
 
 mod audit;

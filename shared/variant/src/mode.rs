@@ -12,8 +12,8 @@ pub enum Mode {
     Fused,
     /// Denormal operands and results become zeros of the same sign.
     FlushToZero,
-    /// Quotients and roots are off by up to so many ULP, pseudo-randomly but
-    /// alike for like operands.
+    /// Quotients and roots are off by up to this many ULP, pseudo-randomly but
+    /// equally for equal operands.
     DivisionOff(u8),
     /// Results are rounded towards zero, as where RoundingModeRTE is not offered.
     TowardZero,

@@ -6,7 +6,7 @@ use crate::scalar::{self, Operation, Sum};
 use crate::{Site, audit};
 use glam::{Vec2, Vec3};
 
-/// What an operator takes on its right, and what comes out.
+/// A binary operator: the type of its right operand, and the operation.
 pub trait Arithmetic<Right> {
     /// The result.
     type Output;

@@ -27,7 +27,7 @@ fuzz_target!(|input: (u8, &str)| {
                 assert!(corner.normal.dot(corner.tangent).abs() < 1e-6);
             }
             // The accurate tier builds its prisms from it.
-            assert_eq!(mesh.shells().len(), mesh.triangles.len());
+            assert_eq!(mesh.prisms().len(), mesh.triangles.len());
         }
         Err(error) => assert!(error.to_string().contains("mesh.obj")),
     }

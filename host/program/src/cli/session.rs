@@ -83,8 +83,8 @@ pub fn inputs(scene: &Scene) -> Vec<PathBuf> {
     all.filter_map(|path| path.canonicalize().ok()).collect()
 }
 
-/// Says how the objects with a budget are drawn; what is not promised, as a
-/// warning.
+/// Prints how objects with a budget are drawn, and warns if a budget may not be
+/// kept.
 pub fn say_plans(loaded: &Loaded) -> anyhow::Result<()> {
     for (object, plan) in loaded.prepared.objects.iter().zip(&loaded.plans) {
         if let Some(plan) = plan {

@@ -1,6 +1,6 @@
 //! Errors of the glTF reader.
 
-/// The problem and the way out. The caller adds the file.
+/// The problem and the remedy. The caller adds the file.
 pub(super) struct Problem(pub(super) String);
 
 impl<T: Into<String>> From<T> for Problem {

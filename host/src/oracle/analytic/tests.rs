@@ -3,6 +3,7 @@ use crate::mesh::{Mesh, MeshOptions};
 use crate::oracle::known::{KNOWN, same_texture};
 use crate::shape_map::{Pattern, Storage, bake};
 use proptest::prelude::*;
+use relievo_shared_f64::layout::Object;
 use std::path::Path;
 
 /// One column a repeat, a quarter of it wide.
@@ -11,16 +12,19 @@ fn map() -> ShapeMap {
     bake(&pattern, Storage::R16, &|_| ())
 }
 
-const BASIC: Extrusion = Extrusion {
-    extension: 0.0,
-    bevel: 0.0,
-    chamfer: 1.0,
-};
-const BEVELED: Extrusion = Extrusion {
-    extension: 0.05,
-    bevel: 0.2,
-    chamfer: 0.6,
-};
+/// Extension, bevel and chamfer.
+const BASIC: [f64; 3] = [0.0, 0.0, 1.0];
+const BEVELED: [f64; 3] = [0.05, 0.2, 0.6];
+
+fn profile(map: &ShapeMap, [extension, bevel, chamfer]: [f64; 3]) -> Profile {
+    Profile::new(&Object {
+        map_size: [f64::from(map.width()), f64::from(map.height())],
+        extension,
+        bevel,
+        chamfer,
+        ..Object::default()
+    })
+}
 
 fn oracle<'a>(map: &'a ShapeMap, shape: &'a dyn Shape) -> AnalyticOracle<'a> {
     AnalyticOracle {
@@ -29,7 +33,7 @@ fn oracle<'a>(map: &'a ShapeMap, shape: &'a dyn Shape) -> AnalyticOracle<'a> {
         map,
         repeat: [12.0, 5.0],
         depth: 0.1,
-        extrusion: BEVELED,
+        profile: profile(map, BEVELED),
         cut_out: false,
     }
 }
@@ -130,7 +134,7 @@ proptest! {
         cut_out in proptest::bool::ANY,
     ) {
         let map = map();
-        let oracle = AnalyticOracle { extrusion, cut_out, ..oracle(&map, KNOWN[which]) };
+        let oracle = AnalyticOracle { profile: profile(&map, extrusion), cut_out, ..oracle(&map, KNOWN[which]) };
         let eye = DVec3::new(0.0, from, 3.0);
         let direction = (DVec3::from(aim) * DVec3::new(1.4, 0.4, 1.4) - eye).normalize();
         let sample = oracle.trace(eye, direction);
@@ -162,7 +166,7 @@ fn straight_down_the_cap_and_the_floor_are_met() {
     let map = map();
     for shape in KNOWN {
         let oracle = AnalyticOracle {
-            extrusion: BASIC,
+            profile: profile(&map, BASIC),
             ..oracle(&map, shape)
         };
         let (mut caps, mut floors) = (0, 0);

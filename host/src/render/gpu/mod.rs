@@ -183,7 +183,7 @@ impl GpuRenderer {
         let device = self.device.clone();
         let drawn = device.attempt(|| self.submit(frame, content, read_back));
         if drawn.is_err() {
-            // They may be what the device had no memory for.
+            // The targets may have exhausted the device's memory.
             self.targets = None;
         }
         drawn

@@ -19,7 +19,7 @@ pub struct Pipelines {
 }
 
 impl Pipelines {
-    /// Makes no pipelines yet, for `module` on `device`.
+    /// Creates an empty set of pipelines for `module` on `device`.
     pub fn new(device: &Device, module: &Module) -> Pipelines {
         let bindings = bind_group_layout(device.wgpu());
         let layout = device
@@ -73,7 +73,7 @@ impl Pipelines {
         Ok(())
     }
 
-    /// One that was made.
+    /// Returns a pipeline that [`Self::make`] has made.
     pub(super) fn get(&self, of: &EntryPoints, content: Content) -> &wgpu::RenderPipeline {
         &self.made[content.fragment(of)]
     }

@@ -190,7 +190,7 @@ impl GpuScene {
     }
 }
 
-/// The surface of `object` as shaders read it.
+/// Returns the facets of `object` as the bytes that shaders read.
 pub(crate) fn facet_bytes(object: &PreparedObject, facets: Facets) -> Cow<'_, [u8]> {
     match facets {
         Facets::Triangles => bytemuck::cast_slice(&object.triangles).into(),
@@ -199,6 +199,6 @@ pub(crate) fn facet_bytes(object: &PreparedObject, facets: Facets) -> Cow<'_, [u
                 object.triangles.iter().map(PlanarTriangle::from).collect();
             bytemuck::cast_slice::<_, u8>(&planar).to_vec().into()
         }
-        Facets::Prisms => bytemuck::cast_slice(&object.shells).into(),
+        Facets::Prisms => bytemuck::cast_slice(&object.prisms).into(),
     }
 }

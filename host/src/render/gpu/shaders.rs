@@ -1,12 +1,12 @@
-//! The compiled shaders: which modules there are, which of them a device can be
-//! trusted with, and which entry point draws what.
+//! Selects compiled shaders: the modules, those that are exact on a device, and the
+//! entry points that draw an object.
 
 use crate::render::RenderError;
 use relievo_bitwise::{Canary, Device, Module, Runner, Signature};
 use relievo_kernel::canary::{self, MEANINGS};
 use relievo_kernel::{Kernel, for_each_canary, table};
 use relievo_shared::Vec3;
-use relievo_shared::facts::{CODES, CURVED, PLANAR, UPRIGHT, facts};
+use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, facts};
 use relievo_shared::layout::{
     Object, PlanarTriangle, PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS,
     SEARCH_RELIEF, Triangle,
@@ -24,7 +24,7 @@ macro_rules! files {
 /// The fragment shaders of the renderer in a folder, and its vertex shaders.
 macro_rules! renderer {
     ($folder:literal:
-        $($search:ident: $model:ident over $facet:ident
+        $($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
@@ -54,7 +54,7 @@ static KERNELS: (Files, Files) = relievo_shared::for_each_kernel!(kernel_files);
 #[cfg(not(target_arch = "wasm32"))]
 static CANARY_KERNELS: (Files, Files) = for_each_canary!(kernel_files);
 
-// No browser takes SPIR-V untouched: what is for that alone is not sent to one.
+// Browsers do not take SPIR-V unchanged: modules for Vulkan only are left out there.
 #[cfg(target_arch = "wasm32")]
 static EXACT: Files = &[];
 #[cfg(target_arch = "wasm32")]
@@ -90,7 +90,7 @@ impl Shaders {
     /// Every one.
     pub const ALL: [Shaders; 3] = [Shaders::Exact, Shaders::Fast, Shaders::Portable];
 
-    /// What a person calls it.
+    /// Returns the name shown to users.
     pub fn describe(self) -> &'static str {
         match self {
             Shaders::Exact => "exact shaders",
@@ -107,7 +107,7 @@ impl Shaders {
     /// The renderer's module.
     ///
     /// # Errors
-    /// [`RenderError::Device`] where a file built in is no module.
+    /// [`RenderError::Device`] if a built-in file is not a SPIR-V module.
     pub fn module(self) -> Result<Module, RenderError> {
         self.choose((EXACT, FAST))
     }
@@ -174,7 +174,7 @@ fn trusted(device: &str, signature: &Signature) -> Shaders {
     }
 }
 
-/// What is asked of a device before it is trusted with the exact shaders.
+/// Returns the canaries that decide whether a device gets the exact shaders.
 pub fn canaries() -> &'static [Canary] {
     &CANARIES
 }
@@ -189,17 +189,17 @@ pub fn signature(device: &Device) -> Result<Signature, RenderError> {
     Ok(Signature::take(&mut runner, &CANARIES)?)
 }
 
-/// How much an object's shaders hold.
+/// Features that an object's shaders contain.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Extent {
-    /// What the object needs, as far as there are such shaders.
+    /// As few as possible: the most specialised shaders that draw the object.
     Needed,
     /// Everything that any object with the same search may need. The words are
     /// the same.
     Everything,
 }
 
-/// What shaders read of an object's surface.
+/// Type of the facets that shaders read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Facets {
     /// [`Triangle`]s.
@@ -249,9 +249,9 @@ impl Facets {
 /// The shaders that draw an object.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct EntryPoints {
-    /// What they read of its surface.
+    /// Type of the facets that they read.
     pub facets: Facets,
-    /// Places that.
+    /// Vertex shader that places the facets' outlines.
     pub vertex: &'static str,
     /// Draws its colours.
     pub color: &'static str,
@@ -272,7 +272,7 @@ struct Special {
 
 /// A [`Special`] for each pair of a search and facts, most facts first.
 macro_rules! special {
-    ($($search:ident: $model:ident over $facet:ident
+    ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
@@ -288,7 +288,7 @@ macro_rules! special {
             },)*
             Special {
                 search: $search,
-                facts: 0,
+                facts: 0 $(| $given)?,
                 facets: facets!($facet),
                 color: stringify!($color),
                 shadow: stringify!($shadow),
@@ -301,16 +301,17 @@ macro_rules! special {
 static SPECIAL: &[Special] = for_each_search!(special);
 
 impl EntryPoints {
-    /// Those for an object with these parameters.
+    /// Returns the shaders for an object with these parameters.
     pub fn of(object: &Object, extent: Extent) -> EntryPoints {
-        let facts = match extent {
-            Extent::Needed => facts(object),
-            Extent::Everything => 0,
-        };
-        let special = SPECIAL
+        let facts = facts(object);
+        let mut all = SPECIAL
             .iter()
-            .find(|special| special.search == object.search && special.facts & !facts == 0)
-            .expect("each search has shaders that need to know nothing");
+            .filter(|special| special.search == object.search && special.facts & !facts == 0);
+        let special = match extent {
+            Extent::Needed => all.next(),
+            Extent::Everything => all.last(),
+        }
+        .expect("each search has shaders for all of its objects");
         EntryPoints {
             facets: special.facets,
             vertex: special.facets.vertex(),

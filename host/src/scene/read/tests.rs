@@ -30,7 +30,7 @@ fn parameters_choose_the_technique() {
         Extrusion {
             extension: 0.0,
             bevel: 0.1,
-            chamfer: 1.0
+            ..Extrusion::UPRIGHT
         }
     );
     assert_eq!(
@@ -81,7 +81,7 @@ fn text_is_a_pattern() {
     assert!(with(&long).unwrap_err().contains("4096"));
 }
 
-/// Every mistake is told with its line, its key and what would be right.
+/// Every mistake is reported with its line, its key and what would be right.
 #[test]
 fn mistakes_name_line_and_key() {
     let object = |line: &str| format!("{SHORT}{line}\n");

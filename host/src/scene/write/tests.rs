@@ -113,6 +113,7 @@ fn searched() -> impl Strategy<Value = SceneObject> {
             extension: if technique > 0 { extension } else { 0.0 },
             bevel: if technique > 1 { bevel } else { 0.0 },
             chamfer: if technique > 2 { chamfer } else { 1.0 },
+            ..Extrusion::UPRIGHT
         };
         if is_relief {
             (object.steps, object.bisections) = Tier::Paper.default_effort();

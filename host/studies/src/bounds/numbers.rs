@@ -233,7 +233,7 @@ fn bevel_normal(rng: &mut Rng, growth: f64) -> Sample {
         normal: smooth,
         depth: object.depth,
     };
-    let found = single::normals::normal_at(class, &object, &map, &DISC[..], &at, uv);
+    let found = single::normals::normal_at(class, &object, &map, &DISC[..], &at, uv, 0.5);
     let wide = wide_object(&object);
     let wide_at = double::normals::SmoothSurface {
         surface: wide_surface(&surface),
@@ -247,6 +247,7 @@ fn bevel_normal(rng: &mut Rng, growth: f64) -> Sample {
         &DISC[..],
         &wide_at,
         uv.as_dvec2(),
+        0.5,
     );
     Sample::Error(vector_error(found, expected, 1.0))
 }

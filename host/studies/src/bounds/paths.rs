@@ -7,7 +7,7 @@ use super::sample::{
 };
 use fastrand::Rng;
 use glam::{Vec2, Vec3};
-use relievo::oracle::wide::{wide_object, wide_shell, wide_surface};
+use relievo::oracle::wide::{wide_object, wide_prism, wide_surface};
 use relievo_shared as single;
 use relievo_shared::layout::{PrismData, TIER_FAST};
 use relievo_shared::path::Path as _;
@@ -358,13 +358,13 @@ fn search(rng: &mut Rng, v_z: f64, way: Way) -> Sample {
 
 /// Motion of a ray in a prism.
 fn motion(rng: &mut Rng, depth: f64) -> Sample {
-    let shell = single::kernels::prism_data(unit(rng).as_vec3(), unit(rng).as_vec3());
+    let data = single::kernels::prism_data(unit(rng).as_vec3(), unit(rng).as_vec3());
     let depth = depth as f32;
     let first = rng.f32();
     let x = Vec3::new(first, rng.f32() * (1.0 - first), rng.f32());
     let direction = unit(rng).as_vec3();
-    let prism = single::prism::Prism::new(&shell, depth);
-    let wide = double::prism::Prism::new(&wide_shell(&shell), f64::from(depth));
+    let prism = single::prism::Prism::new(&data, depth);
+    let wide = double::prism::Prism::new(&wide_prism(&data), f64::from(depth));
     let jacobian = prism.jacobian(x);
     let wide_jacobian = wide.jacobian(x.as_dvec3());
     if jacobian.regular != wide_jacobian.regular {
@@ -387,12 +387,12 @@ fn motion(rng: &mut Rng, depth: f64) -> Sample {
 }
 
 fn prism(rng: &mut Rng, depth: f64) -> Sample {
-    let shell = single::kernels::prism_data(unit(rng).as_vec3(), unit(rng).as_vec3());
+    let data = single::kernels::prism_data(unit(rng).as_vec3(), unit(rng).as_vec3());
     let depth = depth as f32;
     let first = rng.f32();
     let x = Vec3::new(first, rng.f32() * (1.0 - first), rng.f32());
-    let prism = single::prism::Prism::new(&shell, depth);
-    let wide = double::prism::Prism::new(&wide_shell(&shell), f64::from(depth));
+    let prism = single::prism::Prism::new(&data, depth);
+    let wide = double::prism::Prism::new(&wide_prism(&data), f64::from(depth));
     let target = prism.point(x);
     let start = Vec3::new(0.25, 0.25, 0.5);
     let (found, _) = prism.solve(target, start, 8);
@@ -418,17 +418,17 @@ impl double::walk::PrismList for Alone<double::layout::PrismData> {
 }
 
 fn walk(rng: &mut Rng, v_z: f64) -> Sample {
-    let shell = single::kernels::prism_data(unit(rng).as_vec3(), unit(rng).as_vec3());
+    let data = single::kernels::prism_data(unit(rng).as_vec3(), unit(rng).as_vec3());
     let object = disc_object(magnitude(rng, 0.01, 0.25) as f32);
     let wide = wide_object(&object);
     let direction = descending(rng, v_z);
     let first = 0.1 + 0.6 * rng.f32();
-    let prism = single::prism::Prism::new(&shell, object.depth);
+    let prism = single::prism::Prism::new(&data, object.depth);
     let target = prism.point(Vec3::new(first, 0.1 + (0.8 - first) * rng.f32(), 0.0));
     let eye = target - direction * 4.0;
     let found = single::walk::search(
         &single::walk::Field {
-            prisms: &Alone(shell),
+            prisms: &Alone(data),
             depth: object.depth,
             tolerance: TOLERANCE,
             slack: 0.0,
@@ -444,7 +444,7 @@ fn walk(rng: &mut Rng, v_z: f64) -> Sample {
     );
     let expected = double::walk::search(
         &double::walk::Field {
-            prisms: &Alone(wide_shell(&shell)),
+            prisms: &Alone(wide_prism(&data)),
             depth: wide.depth,
             tolerance: f64::from(TOLERANCE),
             slack: 0.0,

@@ -31,11 +31,7 @@ const fn with_mesh(way: Way) -> Way {
     }
 }
 
-const BASIC: Extrusion = Extrusion {
-    extension: 0.0,
-    bevel: 0.0,
-    chamfer: 1.0,
-};
+const BASIC: Extrusion = Extrusion::UPRIGHT;
 /// The paper's parameters (section 6 of it).
 const BEVELED: Extrusion = Extrusion {
     bevel: 0.08,

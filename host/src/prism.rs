@@ -6,48 +6,48 @@ use rayon::prelude::*;
 use relievo_shared::contract::LARGEST;
 use relievo_shared::layout::{NO_NEIGHBOUR, PrismData, Slab};
 
-use crate::mesh::{FOLDED, MeshShell, Quadratic};
+use crate::mesh::{FOLDED, MeshPrism, Quadratic};
 
-/// Bounds are wider by this share of what they hold,
+/// Margin of bounds, as a share of their extent.
 const SHARE_MARGIN: f64 = 1e-3;
-/// by this share of the triangle's longest edge,
+/// Margin of bounds, as a share of the triangle's longest edge.
 const EDGE_MARGIN: f64 = 1e-4;
-/// and by this share of the anchor's coordinates, since neighbours round
+/// Margin of bounds, as a share of the anchor's coordinates, since neighbours round
 /// theirs differently.
 const ANCHOR_MARGIN: f64 = 4e-7;
 
-/// What the sine of the normals' spread is larger by, for the rounding of the
+/// Margin of the sine of the normals' spread, for the rounding errors of the
 /// renderers.
 const SPREAD_MARGIN: f64 = 1e-5;
 
-/// Coefficients smaller than this are rounding errors, and 0: products of them
-/// would not be normal numbers in f32. 2⁻⁶⁰.
+/// Smaller coefficients are rounding errors and are set to 0 (2⁻⁶⁰): their products
+/// would not be normal numbers in f32.
 const SMALLEST: f64 = 8.673_617_379_884_035e-19;
 
-/// `shell` as renderers read it, `depth` object units deep, relative to
+/// `prism` as renderers read it, `depth` object units deep, relative to
 /// `origin`, with the texture coordinates `uv` of its corners in repeats.
 ///
 /// Bounds hold the prism of the rounded coefficients, with margins for the
 /// arithmetic of renderers. Everything is finite, also for a sliver.
-pub fn narrow_shell(shell: &MeshShell, uv: [[f32; 2]; 3], depth: f64, origin: DVec3) -> PrismData {
-    let anchor = narrow(shell.anchor - origin);
-    let surface = shell.surface.map(narrow);
-    let normal = shell.normal.map(narrow);
-    let rounded = MeshShell {
+pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DVec3) -> PrismData {
+    let anchor = narrow(prism.anchor - origin);
+    let surface = prism.surface.map(narrow);
+    let normal = prism.normal.map(narrow);
+    let rounded = MeshPrism {
         surface: surface.map(widen),
         normal: normal.map(widen),
-        ..*shell
+        ..*prism
     };
 
-    let edges = edges(shell);
+    let edges = edges(prism);
     let longest = edges.map(DVec3::length).into_iter().fold(0.0, f64::max);
-    let area_normal = shell.area_normal();
+    let area_normal = prism.area_normal();
     let facet_normal = area_normal.normalize_or(DVec3::Z);
     let facet = narrow(facet_normal);
     let fixed_margin = EDGE_MARGIN * longest + ANCHOR_MARGIN * widen(anchor).abs().max_element();
 
     let [cap_hull, floor_hull] = hull(&rounded, depth);
-    let is_open = shell.neighbours.contains(&NO_NEIGHBOUR);
+    let is_open = prism.neighbours.contains(&NO_NEIGHBOUR);
     let all = || cap_hull.into_iter().chain(floor_hull);
     let slab = |axis: DVec3| {
         let axis = narrow(axis);
@@ -73,7 +73,7 @@ pub fn narrow_shell(shell: &MeshShell, uv: [[f32; 2]; 3], depth: f64, origin: DV
         anchor,
         surface,
         normal,
-        corner_normals: shell.corner_normals.map(narrow),
+        corner_normals: prism.corner_normals.map(narrow),
         uv: [uv[0], uv_change(1), uv_change(2)],
         facet,
         least_determinant: (FOLDED * depth * area_normal.length()) as f32,
@@ -88,28 +88,28 @@ pub fn narrow_shell(shell: &MeshShell, uv: [[f32; 2]; 3], depth: f64, origin: DV
         radius: round_up(radius + SHARE_MARGIN * radius + fixed_margin),
         // Twice the area by the longest edge.
         inverse_altitude: (longest / area_normal.length()).min(f64::from(LARGEST)) as f32,
-        neighbours: shell.neighbours,
+        neighbours: prism.neighbours,
     }
 }
 
 /// Triangles whose prisms fold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Folded {
-    /// Their numbers, growing; at least one.
+    /// Their indices, ascending; at least one.
     pub triangles: Vec<usize>,
     /// The largest depth that works everywhere, in object units; 0 if none does.
     pub largest_depth: f64,
 }
 
-/// The triangles for which `depth`, in object units, is too much: not less than
-/// their [`MeshShell::largest_depth`]. None if it works everywhere.
-pub fn folded(shells: &[MeshShell], depth: f64) -> Option<Folded> {
-    let folded: Vec<(usize, f64)> = shells
+/// Returns the triangles whose prisms fold at `depth`, in object units: it is not less than
+/// their [`MeshPrism::largest_depth`]. None if it works everywhere.
+pub fn folded(prisms: &[MeshPrism], depth: f64) -> Option<Folded> {
+    let folded: Vec<(usize, f64)> = prisms
         .par_iter()
         .enumerate()
-        // Most triangles are far from folding, which is found sooner.
-        .filter(|(_, shell)| shell.safe_depth() <= depth)
-        .map(|(index, shell)| (index, shell.largest_depth()))
+        // Cheap first test: most prisms are far from folding.
+        .filter(|(_, prism)| prism.safe_depth() <= depth)
+        .map(|(index, prism)| (index, prism.largest_depth()))
         .filter(|(_, largest_depth)| *largest_depth <= depth)
         .collect();
     let largest_depth = folded
@@ -122,18 +122,18 @@ pub fn folded(shells: &[MeshShell], depth: f64) -> Option<Folded> {
     })
 }
 
-/// The points between which the surface lies, and those between which the floor
-/// does; what is between lies between all of them.
-fn hull(shell: &MeshShell, depth: f64) -> [[DVec3; 6]; 2] {
-    let cap = shell.surface().bezier();
-    let out = shell.normal().bezier();
+/// Returns points whose convex hull contains the cap, and points such that the hull of
+/// both contains the whole prism.
+fn hull(prism: &MeshPrism, depth: f64) -> [[DVec3; 6]; 2] {
+    let cap = prism.surface().bezier();
+    let out = prism.normal().bezier();
     let floor = std::array::from_fn(|i| cap[i] - depth * out[i]);
     [cap, floor]
 }
 
 /// The edges opposite to the corners, as the triangle runs through them.
-fn edges(shell: &MeshShell) -> [DVec3; 3] {
-    let [a, b, c] = shell.corners();
+fn edges(prism: &MeshPrism) -> [DVec3; 3] {
+    let [a, b, c] = prism.corners();
     [c - b, a - c, b - a]
 }
 
@@ -149,8 +149,8 @@ fn extent(points: impl Iterator<Item = DVec3>, axis: DVec3) -> (f64, f64) {
 /// A bound of the sine of the angle between `facet` and the normals of
 /// `surface`; 1 if one may be 90° away or more, or has no direction.
 ///
-/// The normals lie in the convex cone of their Bézier points, and so does no
-/// normal further from an axis than all of these, up to 90°.
+/// The normals lie in the convex cone of their Bézier points, so none is further from
+/// an axis than the furthest of these points, up to 90°.
 fn spread(surface: &Quadratic, facet: DVec3) -> f64 {
     let sines = surface.normal_bezier().map(|point| {
         let cosine = point.dot(facet);
@@ -219,11 +219,11 @@ mod tests {
     }
 
     impl Wide {
-        fn new(shell: &PrismData, depth: f64) -> Self {
-            let s = shell.surface.map(widen);
+        fn new(prism: &PrismData, depth: f64) -> Self {
+            let s = prism.surface.map(widen);
             Self {
                 surface: Quadratic([DVec3::ZERO, s[0], s[1], s[2], s[3], s[4]]),
-                normal: Quadratic(shell.normal.map(widen)),
+                normal: Quadratic(prism.normal.map(widen)),
                 depth,
             }
         }
@@ -238,16 +238,16 @@ mod tests {
         at >= f64::from(slab.low) && at <= f64::from(slab.high)
     }
 
-    /// Samples that lie out of their slabs and out of their ball, of so many.
+    /// Counts samples outside their slabs, samples outside their ball, and all samples.
     fn outside(
-        shells: &[MeshShell],
+        prisms: &[MeshPrism],
         depth: f64,
-        edit: impl Fn(&mut PrismData, &MeshShell),
+        edit: impl Fn(&mut PrismData, &MeshPrism),
     ) -> [usize; 3] {
         let mut counts = [0; 3];
-        for shell in shells {
-            let mut narrowed = narrow_shell(shell, UV, depth, DVec3::new(0.1, 0.2, -0.3));
-            edit(&mut narrowed, shell);
+        for prism in prisms {
+            let mut narrowed = narrow_prism(prism, UV, depth, DVec3::new(0.1, 0.2, -0.3));
+            edit(&mut narrowed, prism);
             let wide = Wide::new(&narrowed, depth);
             let open = narrowed.neighbours.contains(&NO_NEIGHBOUR);
             for (w, fraction) in samples() {
@@ -265,27 +265,27 @@ mod tests {
     #[test]
     fn slabs_and_ball_hold_the_prism() {
         for name in ["torus", "blob", "cylinder", "saddle", "plane"] {
-            let shells = asset(name).shells();
-            let [slabs, ball, count] = outside(&shells, DEPTH, |_, _| ());
+            let prisms = asset(name).prisms();
+            let [slabs, ball, count] = outside(&prisms, DEPTH, |_, _| ());
             assert_eq!([slabs, ball], [0, 0], "{name}: of {count}");
         }
         // Twins: the corners alone do not hold a curved cap, nor does the cap
         // hold an open prism, nor a smaller ball anything.
-        let torus = asset("torus").shells();
-        let [slabs, ball, _] = outside(&torus, DEPTH, |narrowed, shell| {
+        let torus = asset("torus").prisms();
+        let [slabs, ball, _] = outside(&torus, DEPTH, |narrowed, prism| {
             narrowed.radius *= 0.7;
             for slab in &mut narrowed.slabs {
-                let (low, high) = extent(shell.corners().into_iter(), widen(slab.axis));
+                let (low, high) = extent(prism.corners().into_iter(), widen(slab.axis));
                 (slab.low, slab.high) = (low as f32, high as f32);
             }
         });
         assert!(slabs > 1000 && ball > 1000, "{slabs} {ball}");
-        let [slabs, ..] = outside(&asset("plane").shells(), DEPTH, |narrowed, shell| {
-            let closed = MeshShell {
+        let [slabs, ..] = outside(&asset("plane").prisms(), DEPTH, |narrowed, prism| {
+            let closed = MeshPrism {
                 neighbours: [0; 3],
-                ..*shell
+                ..*prism
             };
-            narrowed.slabs = narrow_shell(&closed, UV, DEPTH, DVec3::ZERO).slabs;
+            narrowed.slabs = narrow_prism(&closed, UV, DEPTH, DVec3::ZERO).slabs;
         });
         assert!(slabs > 100, "{slabs}");
     }
@@ -294,8 +294,8 @@ mod tests {
     fn no_normal_is_outside_the_spread() {
         for name in ["torus", "blob", "saddle"] {
             let (mut tightest, mut coarsest): (f64, f64) = (f64::INFINITY, 0.0);
-            for shell in asset(name).shells() {
-                let narrowed = narrow_shell(&shell, UV, DEPTH, DVec3::ZERO);
+            for prism in asset(name).prisms() {
+                let narrowed = narrow_prism(&prism, UV, DEPTH, DVec3::ZERO);
                 let wide = Wide::new(&narrowed, DEPTH);
                 let facet = widen(narrowed.facet);
                 let mut largest: f64 = 0.0;
@@ -328,14 +328,14 @@ mod tests {
 
     #[test]
     fn a_flat_prism_is_what_one_expects() {
-        let shell = asset("plane").shells()[0];
-        let narrowed = narrow_shell(&shell, UV, 0.5, DVec3::X);
-        assert_eq!(widen(narrowed.anchor), shell.anchor - DVec3::X);
+        let prism = asset("plane").prisms()[0];
+        let narrowed = narrow_prism(&prism, UV, 0.5, DVec3::X);
+        assert_eq!(widen(narrowed.anchor), prism.anchor - DVec3::X);
         assert_eq!(narrowed.facet, [0.0, 1.0, 0.0]);
         assert_eq!(narrowed.uv, [[0.25, 0.5], [0.75, -0.5], [1.75, 2.5]]);
         assert_eq!(narrowed.corner_normals, [[0.0, 1.0, 0.0]; 3]);
         assert_eq!(narrowed.least_determinant, 0.5e-3);
-        assert_eq!(narrowed.neighbours, shell.neighbours);
+        assert_eq!(narrowed.neighbours, prism.neighbours);
         // Half a square of side 1.
         assert!((narrowed.inverse_altitude - 2_f32.sqrt()).abs() < 1e-6);
         assert!((narrowed.slabs[0].low + 0.5).abs() < 2e-3);
@@ -343,13 +343,13 @@ mod tests {
 
     #[test]
     fn slivers_stay_finite() {
-        let base = asset("plane").shells()[0];
+        let base = asset("plane").prisms()[0];
         for (height, size) in [(1e-11, 1.0), (1e-11, 1e-12), (1e-5, 1e12), (0.0, 1.0)] {
             let [a, b] = [DVec3::X, DVec3::new(0.5, 0.0, -height)].map(|p| size * p);
-            let mut shell = base;
-            shell.anchor = DVec3::splat(size);
-            shell.surface = [a, b, DVec3::ZERO, 1e-9 * a, DVec3::ZERO];
-            let narrowed = narrow_shell(&shell, UV, 0.1 * size, DVec3::ZERO);
+            let mut prism = base;
+            prism.anchor = DVec3::splat(size);
+            prism.surface = [a, b, DVec3::ZERO, 1e-9 * a, DVec3::ZERO];
+            let narrowed = narrow_prism(&prism, UV, 0.1 * size, DVec3::ZERO);
             let words: &[f32] = bytemuck::cast_slice(std::slice::from_ref(&narrowed));
             let (numbers, _neighbours) = words.split_at(words.len() - 3);
             let largest = numbers.iter().map(|x| x.abs()).fold(0.0, f32::max);
@@ -373,18 +373,18 @@ mod tests {
 
     #[test]
     fn the_triangles_that_fold_are_named() {
-        let shells = asset("blob").shells();
-        let depths: Vec<f64> = shells.iter().map(MeshShell::largest_depth).collect();
+        let prisms = asset("blob").prisms();
+        let depths: Vec<f64> = prisms.iter().map(MeshPrism::largest_depth).collect();
         let mut sorted = depths.clone();
         sorted.sort_by(f64::total_cmp);
         let least = sorted[0];
         for depth in [least, sorted[40], sorted[1000]] {
-            let folded = folded(&shells, depth).unwrap();
-            let expected: Vec<usize> = (0..shells.len()).filter(|i| depths[*i] <= depth).collect();
+            let folded = folded(&prisms, depth).unwrap();
+            let expected: Vec<usize> = (0..prisms.len()).filter(|i| depths[*i] <= depth).collect();
             assert_eq!(folded.triangles, expected);
             assert_eq!(folded.largest_depth, least);
         }
-        assert_eq!(folded(&shells, 0.999 * least), None);
-        assert_eq!(folded(&asset("plane").shells(), 1e6), None);
+        assert_eq!(folded(&prisms, 0.999 * least), None);
+        assert_eq!(folded(&asset("plane").prisms(), 1e6), None);
     }
 }

@@ -36,7 +36,7 @@ const LEAST_HEIGHT: f64 = 0.25;
 /// ≥ 0 in object units, with S and N of degree two in the barycentric weights w1
 /// and w2 of the second and the third corner (section 6 of docs/algorithm.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeshShell {
+pub struct MeshPrism {
     /// Position of the first corner, in object units. `surface` is relative to it.
     pub anchor: DVec3,
     /// S without its constant, which is 0: the coefficients of w1, w2, w1²,
@@ -53,7 +53,7 @@ pub struct MeshShell {
     pub neighbours: [u32; 3],
 }
 
-impl MeshShell {
+impl MeshPrism {
     /// Returns S, relative to the anchor.
     pub(crate) fn surface(&self) -> Quadratic {
         let [first, second, first_first, first_second, second_second] = self.surface;
@@ -138,9 +138,9 @@ struct Bend {
 
 impl Mesh {
     /// Computes the curved prisms over the triangles, in their order.
-    pub fn shells(&self) -> Vec<MeshShell> {
+    pub fn prisms(&self) -> Vec<MeshPrism> {
         let triangles = &self.triangles;
-        let normals = shell_normals(triangles);
+        let normals = prism_normals(triangles);
         let bends = bends(triangles, &normals);
         triangles
             .par_iter()
@@ -153,7 +153,7 @@ impl Mesh {
                 let surface = Quadratic::new(relative, bends.map(|bend| bend.surface));
                 let normals = std::array::from_fn(|corner| normals[range.start + corner]);
                 let [_, surface @ ..] = surface.0;
-                MeshShell {
+                MeshPrism {
                     anchor: positions[0],
                     surface,
                     normal: Quadratic::new(normals, bends.map(|bend| bend.normal)).0,
@@ -182,7 +182,7 @@ fn corner_angle(triangles: &[MeshTriangle], index: usize) -> f64 {
 
 /// Computes the shell normal of every corner: one at each position, or the
 /// corner's own where the normals there cancel out.
-fn shell_normals(triangles: &[MeshTriangle]) -> Vec<DVec3> {
+fn prism_normals(triangles: &[MeshTriangle]) -> Vec<DVec3> {
     let mut by_position: Vec<(u32, u32)> = (0..3 * triangles.len())
         .into_par_iter()
         .map(|index| (corner_at(triangles, index).position_index, index as u32))

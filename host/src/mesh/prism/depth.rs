@@ -3,7 +3,7 @@
 use glam::DVec2;
 
 use super::quadratic::{PAIRS, Quadratic, WHOLE, cross_products};
-use super::{FOLDED, MeshShell};
+use super::{FOLDED, MeshPrism};
 
 /// Relative tolerance of the largest depth, which may be too small by it.
 const TOLERANCE: f64 = 5e-3;
@@ -23,7 +23,7 @@ const MULTINOMIALS: [[f64; 5]; 5] = [
     [1.0, 0.0, 0.0, 0.0, 0.0],
 ];
 
-impl MeshShell {
+impl MeshPrism {
     /// Returns the largest depth, in object units, to which the prism does not
     /// fold: infinite if it never does, 0 if the surface itself is folded. It may
     /// be too small by half a percent, but never too large.
@@ -71,10 +71,10 @@ struct Part {
 }
 
 impl Part {
-    fn new(shell: &MeshShell, corners: [DVec2; 3]) -> Self {
-        let least = FOLDED * shell.area_normal().length();
+    fn new(prism: &MeshPrism, corners: [DVec2; 3]) -> Self {
+        let least = FOLDED * prism.area_normal().length();
         let (mut proven, mut met) = (f64::INFINITY, f64::INFINITY);
-        for (i, row) in determinant(&shell.surface(), &shell.normal(), corners)
+        for (i, row) in determinant(&prism.surface(), &prism.normal(), corners)
             .iter()
             .enumerate()
         {

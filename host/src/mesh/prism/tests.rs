@@ -120,8 +120,8 @@ fn samples(count: usize) -> impl Iterator<Item = (DVec2, f64)> {
 }
 
 /// F at the depth d.
-fn point(shell: &MeshShell, w: DVec2, d: f64) -> DVec3 {
-    shell.anchor + shell.surface().at(w) - d * shell.normal().at(w)
+fn point(prism: &MeshPrism, w: DVec2, d: f64) -> DVec3 {
+    prism.anchor + prism.surface().at(w) - d * prism.normal().at(w)
 }
 
 /// On the side opposite to a corner, `share` of the way to its end.
@@ -130,11 +130,11 @@ fn on_side(opposite: usize, share: f64) -> DVec2 {
     corners[(opposite + 1) % 3].lerp(corners[(opposite + 2) % 3], share)
 }
 
-/// Side `opposite` of shell number `index`, and the neighbour's side there.
-fn links(shells: &[MeshShell]) -> impl Iterator<Item = [(usize, usize); 2]> {
-    let sides = (0..shells.len()).flat_map(|index| [0, 1, 2].map(|opposite| (index, opposite)));
+/// Side `opposite` of prism number `index`, and the neighbour's side there.
+fn links(prisms: &[MeshPrism]) -> impl Iterator<Item = [(usize, usize); 2]> {
+    let sides = (0..prisms.len()).flat_map(|index| [0, 1, 2].map(|opposite| (index, opposite)));
     sides.filter_map(|(index, opposite)| {
-        let link = shells[index].neighbours[opposite];
+        let link = prisms[index].neighbours[opposite];
         let other = ((link >> 2) as usize, (link & 3) as usize);
         (link != NO_NEIGHBOUR).then_some([(index, opposite), other])
     })
@@ -142,28 +142,28 @@ fn links(shells: &[MeshShell]) -> impl Iterator<Item = [(usize, usize); 2]> {
 
 /// Checks that links are symmetric; returns the numbers of linked and of free
 /// sides.
-fn count_links(shells: &[MeshShell]) -> (usize, usize) {
-    for [(index, opposite), (other, its_opposite)] in links(shells) {
-        let back = shells[other].neighbours[its_opposite];
+fn count_links(prisms: &[MeshPrism]) -> (usize, usize) {
+    for [(index, opposite), (other, its_opposite)] in links(prisms) {
+        let back = prisms[other].neighbours[its_opposite];
         assert_eq!(back as usize, 4 * index + opposite);
         for share in [0.0, 1.0] {
-            let here = point(&shells[index], on_side(opposite, share), 0.0);
-            let there = point(&shells[other], on_side(its_opposite, 1.0 - share), 0.0);
+            let here = point(&prisms[index], on_side(opposite, share), 0.0);
+            let there = point(&prisms[other], on_side(its_opposite, 1.0 - share), 0.0);
             assert!(here.distance(there) < 1e-12);
         }
     }
-    let count = links(shells).count();
-    (count, 3 * shells.len() - count)
+    let count = links(prisms).count();
+    (count, 3 * prisms.len() - count)
 }
 
 /// Returns the largest gap between neighbours on their common side to `depth`.
-fn widest_gap(shells: &[MeshShell], depth: f64) -> f64 {
+fn widest_gap(prisms: &[MeshPrism], depth: f64) -> f64 {
     let mut widest: f64 = 0.0;
-    for [(index, opposite), (other, its_opposite)] in links(shells) {
+    for [(index, opposite), (other, its_opposite)] in links(prisms) {
         for (w, fraction) in samples(8) {
-            let here = point(&shells[index], on_side(opposite, w.x), depth * fraction);
+            let here = point(&prisms[index], on_side(opposite, w.x), depth * fraction);
             let there = point(
-                &shells[other],
+                &prisms[other],
                 on_side(its_opposite, 1.0 - w.x),
                 depth * fraction,
             );
@@ -176,17 +176,17 @@ fn widest_gap(shells: &[MeshShell], depth: f64) -> f64 {
 #[test]
 fn a_sphere_is_met_to_third_order() {
     let errors = |count| {
-        let shells = sphere(count).shells();
+        let prisms = sphere(count).prisms();
         let (mut surface, mut facet): (f64, f64) = (0.0, 0.0);
-        for shell in &shells {
-            let [a, b, c] = shell.corners();
+        for prism in &prisms {
+            let [a, b, c] = prism.corners();
             for (w, _) in samples(30) {
-                let on_facet = shell.anchor + a + w.x * (b - a) + w.y * (c - a);
+                let on_facet = prism.anchor + a + w.x * (b - a) + w.y * (c - a);
                 facet = facet.max((on_facet.length() - 1.0).abs());
-                surface = surface.max((point(shell, w, 0.0).length() - 1.0).abs());
+                surface = surface.max((point(prism, w, 0.0).length() - 1.0).abs());
             }
             for opposite in 0..3 {
-                let normal = shell.normal().at(on_side(opposite, 0.5));
+                let normal = prism.normal().at(on_side(opposite, 0.5));
                 assert!((normal.length() - 1.0).abs() < 1e-12);
             }
         }
@@ -202,10 +202,10 @@ fn a_sphere_is_met_to_third_order() {
 fn a_cube_with_hard_edges_has_flat_floors() {
     let flat = |mesh: &Mesh| {
         let mut worst: f64 = 0.0;
-        for shell in mesh.shells() {
-            let n = shell.area_normal().normalize();
+        for prism in mesh.prisms() {
+            let n = prism.area_normal().normalize();
             for (w, fraction) in samples(20) {
-                worst = worst.max((point(&shell, w, fraction).dot(n) - (1.0 - fraction)).abs());
+                worst = worst.max((point(&prism, w, fraction).dot(n) - (1.0 - fraction)).abs());
             }
         }
         worst
@@ -213,27 +213,27 @@ fn a_cube_with_hard_edges_has_flat_floors() {
     let hard = cube(false);
     assert!(flat(&hard) < 1e-12);
     assert!(flat(&cube(true)) > 0.1);
-    let shells = hard.shells();
-    assert_eq!(count_links(&shells), (36, 0));
-    for (shell, triangle) in shells.iter().zip(&hard.triangles) {
+    let prisms = hard.prisms();
+    assert_eq!(count_links(&prisms), (36, 0));
+    for (prism, triangle) in prisms.iter().zip(&hard.triangles) {
         // The mitre of a corner of this cube is its position.
-        assert!(shell.normal[0].distance(shell.anchor) < 1e-12);
+        assert!(prism.normal[0].distance(prism.anchor) < 1e-12);
         let n = triangle.corners[0].normal;
-        assert!(shell.corner_normals.iter().all(|corner| *corner == n));
-        let depth = shell.largest_depth();
+        assert!(prism.corner_normals.iter().all(|corner| *corner == n));
+        let depth = prism.largest_depth();
         assert!((0.96..0.97).contains(&depth), "{depth}");
     }
 }
 
 #[test]
 fn neighbours_are_found_on_both_sides() {
-    let torus = asset("torus").shells();
+    let torus = asset("torus").prisms();
     assert_eq!(count_links(&torus), (3 * torus.len(), 0));
     // Two by two squares.
-    let plane = asset("plane").shells();
+    let plane = asset("plane").prisms();
     assert_eq!(count_links(&plane), (16, 8));
     assert_eq!(plane[0].largest_depth(), f64::INFINITY);
-    assert_eq!(count_links(&capped_cylinder().shells()).1, 0);
+    assert_eq!(count_links(&capped_cylinder().prisms()).1, 0);
 }
 
 #[test]
@@ -247,40 +247,40 @@ fn there_are_no_neighbours_where_the_surface_is_none() {
         DVec3::new(0.5, 1.0, -0.2),
     ];
     let pair = mesh(&positions, &[[0, 2, 1], [0, 1, 3]], up);
-    assert_eq!(count_links(&pair.shells()), (2, 4));
+    assert_eq!(count_links(&pair.prisms()), (2, 4));
     let mut turned = pair.clone();
     turned.triangles[1].corners.swap(0, 1);
-    assert_eq!(count_links(&turned.shells()), (0, 6));
+    assert_eq!(count_links(&turned.prisms()), (0, 6));
     let fin = mesh(&positions, &[[0, 2, 1], [0, 1, 3], [0, 1, 4]], up);
-    assert_eq!(count_links(&fin.shells()), (0, 9));
+    assert_eq!(count_links(&fin.prisms()), (0, 9));
     // A sheet with two sides: its floors lie on either side of it.
     let sheet = mesh(&positions, &[[0, 2, 1], [0, 1, 2]], |index, _| {
         DVec3::Y * (1.0 - 2.0 * index as f64)
     });
-    let shells = sheet.shells();
-    assert_eq!(count_links(&shells), (0, 6));
-    assert_eq!(shells[0].normal[0], DVec3::Y);
-    assert_eq!(shells[1].normal[0], -DVec3::Y);
+    let prisms = sheet.prisms();
+    assert_eq!(count_links(&prisms), (0, 6));
+    assert_eq!(prisms[0].normal[0], DVec3::Y);
+    assert_eq!(prisms[1].normal[0], -DVec3::Y);
     // Two triangles with the same corners, closed.
     let bag = mesh(&positions, &[[0, 2, 1], [0, 1, 2]], |index, position| {
         DVec3::Y * (0.9 - 1.8 * index as f64) + 0.5 * (position - DVec3::new(0.5, 0.0, 0.3))
     });
-    assert_eq!(count_links(&bag.shells()), (6, 0));
+    assert_eq!(count_links(&bag.prisms()), (6, 0));
 }
 
 #[test]
 fn neighbours_meet_on_their_common_side() {
     for mesh in [asset("torus"), asset("blob"), capped_cylinder(), cube(true)] {
-        let shells = mesh.shells();
-        let gap = widest_gap(&shells, 0.3);
+        let prisms = mesh.prisms();
+        let gap = widest_gap(&prisms, 0.3);
         assert!(gap < 1e-13, "{gap:e}");
         // Bit for bit the same E and G, where they are coefficients.
         let mut compared = 0;
-        for [(index, opposite), (other, its_opposite)] in links(&shells) {
+        for [(index, opposite), (other, its_opposite)] in links(&prisms) {
             let [one, two] = [(index, opposite), (other, its_opposite)].map(|(i, side)| {
                 (side > 0).then(|| {
                     let power = [4, 2][side - 1];
-                    (shells[i].surface[power], shells[i].normal[power + 1])
+                    (prisms[i].surface[power], prisms[i].normal[power + 1])
                 })
             });
             if let (Some(one), Some(two)) = (one, two) {
@@ -292,41 +292,41 @@ fn neighbours_meet_on_their_common_side() {
     }
     // Counterexample: with separate normals for every face the rim has gaps.
     let mesh = capped_cylinder();
-    let welded = mesh.shells();
+    let welded = mesh.prisms();
     let mut unwelded = mesh.clone();
     for (index, triangle) in (0..).zip(&mut unwelded.triangles) {
         for (i, corner) in (0..).zip(&mut triangle.corners) {
             corner.position_index = 3 * index + i;
         }
     }
-    let mut apart = unwelded.shells();
-    for (shell, welded) in apart.iter_mut().zip(&welded) {
-        shell.neighbours = welded.neighbours;
+    let mut apart = unwelded.prisms();
+    for (prism, welded) in apart.iter_mut().zip(&welded) {
+        prism.neighbours = welded.neighbours;
     }
     assert!(widest_gap(&apart, 0.3) > 0.1);
 }
 
 #[test]
-fn shells_do_not_depend_on_the_order_of_triangles() {
+fn prisms_do_not_depend_on_the_order_of_triangles() {
     let mesh = asset("blob");
-    let shells = mesh.shells();
+    let prisms = mesh.prisms();
     let mut reversed = mesh.clone();
     reversed.triangles.reverse();
-    let again = reversed.shells();
-    for (shell, other) in shells.iter().zip(again.iter().rev()) {
-        assert_eq!(shell.anchor, other.anchor);
-        for (a, b) in shell.surface.iter().zip(&other.surface) {
+    let again = reversed.prisms();
+    for (prism, other) in prisms.iter().zip(again.iter().rev()) {
+        assert_eq!(prism.anchor, other.anchor);
+        for (a, b) in prism.surface.iter().zip(&other.surface) {
             assert!(a.distance(*b) < 1e-15);
         }
     }
-    assert_eq!(shells, mesh.shells());
+    assert_eq!(prisms, mesh.prisms());
 }
 
 /// Returns the determinant at the depth d, relative to the flat prism's.
-fn determinant(shell: &MeshShell, w: DVec2, d: f64) -> f64 {
-    let (surface, normal) = (shell.surface(), shell.normal());
+fn determinant(prism: &MeshPrism, w: DVec2, d: f64) -> f64 {
+    let (surface, normal) = (prism.surface(), prism.normal());
     let ([s1, s2], [n1, n2]) = (surface.slopes(w), normal.slopes(w));
-    (s1 - d * n1).cross(s2 - d * n2).dot(normal.at(w)) / shell.area_normal().length()
+    (s1 - d * n1).cross(s2 - d * n2).dot(normal.at(w)) / prism.area_normal().length()
 }
 
 #[test]
@@ -342,9 +342,9 @@ fn prisms_fold_right_below_their_largest_depth() {
         cube(true),
     ] {
         let mut folding = 0;
-        for shell in mesh.shells() {
-            let depth = shell.largest_depth();
-            assert!(shell.safe_depth() <= depth * (1.0 + 1e-12));
+        for prism in mesh.prisms() {
+            let depth = prism.largest_depth();
+            assert!(prism.safe_depth() <= depth * (1.0 + 1e-12));
             if depth.is_infinite() {
                 continue;
             }
@@ -354,11 +354,11 @@ fn prisms_fold_right_below_their_largest_depth() {
             let least = |to: f64| {
                 samples(500)
                     .chain(corners)
-                    .map(|(w, _)| determinant(&shell, w, to))
+                    .map(|(w, _)| determinant(&prism, w, to))
                     .fold(f64::INFINITY, f64::min)
             };
             for (w, fraction) in samples(100) {
-                assert!(determinant(&shell, w, depth * fraction) > FOLDED);
+                assert!(determinant(&prism, w, depth * fraction) > FOLDED);
             }
             assert!(least(0.9999 * depth) > FOLDED, "{depth}");
             assert!(
@@ -374,8 +374,8 @@ fn prisms_fold_right_below_their_largest_depth() {
 #[test]
 fn the_largest_depth_is_the_least_radius_of_curvature() {
     let least = |mesh: &Mesh| {
-        let shells = mesh.shells();
-        let depths = shells.iter().map(MeshShell::largest_depth);
+        let prisms = mesh.prisms();
+        let depths = prisms.iter().map(MeshPrism::largest_depth);
         depths.fold(f64::INFINITY, f64::min)
     };
     let torus = least(&asset("torus"));
@@ -384,7 +384,7 @@ fn the_largest_depth_is_the_least_radius_of_curvature() {
     let sphere = least(&asset("sphere"));
     assert!((0.94..1.0).contains(&sphere), "{sphere}");
     // A surface that is folded itself.
-    let mut folded = asset("torus").shells()[0];
+    let mut folded = asset("torus").prisms()[0];
     folded.normal = folded.normal.map(|n| -n);
     assert_eq!(folded.largest_depth(), 0.0);
 }
