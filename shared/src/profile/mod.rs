@@ -6,6 +6,7 @@
 //! [`Growth`], one line in [`Profile::ask`], and one line in the list of
 //! [`techniques`](crate::techniques), which names it in scenes.
 
+pub mod rounded;
 pub mod straight;
 
 use crate::Real;
@@ -88,6 +89,7 @@ impl Profile {
     #[inline]
     fn ask<Q: Question>(&self, question: Q) -> Q::Answer {
         match self.number {
+            rounded::Rounded::NUMBER => question.of::<rounded::Rounded>(self),
             _ => question.of::<Straight>(self),
         }
     }
