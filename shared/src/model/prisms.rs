@@ -3,7 +3,7 @@
 use super::{Found, Model, Normals, Ray, Traced};
 use crate::arithmetic::{div, kept, kept3, normalize_or, sqrt};
 use crate::layout::{Frame, Object, vec3};
-use crate::normals::{CLASS_CAP, HitSurface};
+use crate::normals::{CLASS_CAP, CLASS_WALL, HitSurface, normal_at};
 use crate::prism::{Prism, PrismFrame};
 use crate::profile::Profile;
 use crate::shadow::CLEARANCE;
@@ -137,9 +137,25 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
             return false;
         }
         let map = ShapeMap::new(object);
-        // Start beside the wall, along the part of its normal that lies in the map.
+        let profile = Profile::new(object);
+        // A side may lie as flat as the surface. The wall of the same place does not.
+        let side = if profile.is_straight() {
+            normals.carved
+        } else {
+            let (uv, depth_fraction) = (traced.hit.uv, traced.hit.depth_fraction);
+            normal_at(
+                CLASS_WALL,
+                object,
+                &map,
+                texels,
+                surface,
+                uv,
+                depth_fraction,
+            )
+        };
+        // Start beside it, along the part of its normal that lies in the map.
         let sideways = normalize_or(
-            kept3(normals.carved - normals.smooth * normals.smooth.dot(normals.carved)),
+            kept3(side - normals.smooth * normals.smooth.dot(side)),
             Vec3::ZERO,
         );
         let rate = Vec2::new(
@@ -157,7 +173,7 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
             depth: object.depth,
             tolerance: tolerance(ray.frame, object),
             slack: 0.0,
-            profile: &Profile::new(object),
+            profile: &profile,
             map: &map,
             texels,
             linear_steps: object.linear_steps,

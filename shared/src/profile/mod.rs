@@ -118,6 +118,12 @@ impl Profile {
         }
     }
 
+    /// Returns whether it is the straight profile.
+    #[inline]
+    pub fn is_straight(&self) -> bool {
+        self.number == STRAIGHT
+    }
+
     /// Returns the largest radius at any depth, e + b c, texels.
     #[inline]
     pub fn largest_radius(&self) -> Real {
