@@ -21,6 +21,7 @@ macro_rules! for_each_technique {
             Beveled "beveled" straight::Straight false ["extension", "bevel"] (0.0 0.08 1.0 1) "Walls that slant outwards down to the floor.";
             Chamfered "chamfered" straight::Straight false ["extension", "bevel", "chamfer"] (0.0 0.08 0.6 1) "Walls that slant outwards down to a part of the depth.";
             Rounded "rounded" rounded::Rounded false ["extension", "bevel", "chamfer"] (0.0 0.16 0.25 1) "Upright walls below a fillet at the cap's edge, of radius `bevel` × `chamfer`.";
+            Stepped "stepped" stepped::Stepped false ["extension", "bevel", "chamfer", "terraces"] (0.0 0.12 0.75 3) "Terraces from the cap down to a part of the depth.";
             Relief "relief" straight::Straight true ["extension", "bevel", "chamfer"] (0.0 0.0 1.0 1) "Relief mapping, the baseline of comparisons.";
         }
     };

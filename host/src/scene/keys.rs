@@ -211,6 +211,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .unit("of the depth")
         .default("the technique's")
         .slider("Chamfer c", 0.0, 1.0),
+    key!(SceneObject, "terraces", extrusion.parts: u32, "Number of terraces.").range(1.0, 64.0).default("the technique's").slider("Terraces", 1.0, 16.0),
     key!(SceneObject, "error_px", budget: Option<f64>, "[Error budget](index.md#error-budgets): the planner finds the cheapest tier, tolerance, slack, steps and map that keep it. Excludes their keys, and `relief`.")
         .range(BUDGETS.0, BUDGETS.1)
         .unit("px")

@@ -7,6 +7,7 @@
 //! [`techniques`](crate::techniques), which names it in scenes.
 
 pub mod rounded;
+pub mod stepped;
 pub mod straight;
 
 use crate::Real;
@@ -90,6 +91,7 @@ impl Profile {
     fn ask<Q: Question>(&self, question: Q) -> Q::Answer {
         match self.number {
             rounded::Rounded::NUMBER => question.of::<rounded::Rounded>(self),
+            stepped::Stepped::NUMBER => question.of::<stepped::Stepped>(self),
             _ => question.of::<Straight>(self),
         }
     }
