@@ -146,7 +146,7 @@ impl Case {
                 map_packing: 1,
                 map_format: single::layout::FORMAT_CODES,
                 search: single::layout::SEARCH_EXTRUSION,
-                self_shadow: 0,
+                ..Object::default()
             },
             words: disc(),
             triangle,

@@ -38,7 +38,8 @@ fn parameters_choose_the_technique() {
         Extrusion {
             extension: 0.0,
             bevel: 0.08,
-            chamfer: 0.6
+            chamfer: 0.6,
+            ..Extrusion::UPRIGHT
         }
     );
     assert_eq!(with("extension = 0.1").extension, 0.1);
