@@ -41,8 +41,8 @@ fn gpu_shaders_for_what_is_needed_draw_what_the_general_ones_draw() {
         Ok::<(), ()>(())
     })
     .unwrap();
-    // Planar and fast, with each technique but relief mapping.
-    assert_eq!(special, 2 * 6);
+    // Planar, fast and accurate, with each straight technique but relief mapping.
+    assert_eq!(special, 3 * 6);
 }
 
 #[test]

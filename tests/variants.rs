@@ -319,16 +319,25 @@ fn flushing_denormals_changes_nothing() {
 
 /// A sphere so small that the squares of its edges are nearly subnormal.
 fn tiny() -> Prepared {
+    // Smaller than the scale of a scene makes it: the mesh itself is small.
+    let sphere = std::fs::read_to_string(asset("meshes/sphere.obj")).unwrap();
+    let small = |line: &str| match line.strip_prefix("v ") {
+        Some(position) => {
+            let numbers = position.split_whitespace();
+            let numbers = numbers.map(|x| format!(" {:e}", 1e-3 * x.parse::<f64>().unwrap()));
+            format!("v{}\n", numbers.collect::<String>())
+        }
+        None => format!("{line}\n"),
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mesh = folder.path().join("small.obj");
+    std::fs::write(&mesh, sphere.lines().map(small).collect::<String>()).unwrap();
     let text = format!(
-        "[camera]\neye = [0.0, 0.0, 4e-12]\ntarget = [0.0, 0.0, 0.0]\n[[object]]\nmesh = {:?}\nshape = {:?}\nrepeat = [8, 4]\ndepth = 0.05\n",
-        asset("meshes/sphere.obj"),
+        "[camera]\neye = [0.0, 0.0, 4e-12]\ntarget = [0.0, 0.0, 0.0]\n[[object]]\nmesh = {mesh:?}\nshape = {:?}\nrepeat = [8, 4]\ndepth = 0.05\nscale = 1e-9\n",
         asset("patterns/letters.png"),
     );
     let path = Path::new("tiny.toml");
-    let mut scene = Scene::parse(&text, path).unwrap();
-    // Smaller than a scene file may set.
-    scene.objects[0].scale = 1e-12;
-    Prepared::new(path, scene)
+    Prepared::new(path, Scene::parse(&text, path).unwrap())
 }
 
 #[test]

@@ -32,7 +32,7 @@ macro_rules! for_each_technique {
 pub struct TechniqueRow {
     /// Its name in scene files.
     pub name: &'static str,
-    /// [`Growth::NUMBER`](crate::profile::Growth::NUMBER) of its profile.
+    /// [`Growth::NUMBER`] of its profile.
     pub profile: u32,
     /// Whether it is relief mapping.
     pub is_relief: bool,

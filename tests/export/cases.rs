@@ -5,7 +5,7 @@ use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::ColorWords;
 use relievo::render::gpu::{EntryPoints, Extent, Shaders};
 use relievo::render::{CpuRenderer, Renderer};
-use relievo::scene::{Scene, SceneObject, Search, Tier};
+use relievo::scene::{Scene, SceneObject, Search, Technique, Tier};
 use relievo::shape_map::Storage;
 use relievo_tests::asset;
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ pub struct Case {
 type Change = fn(&mut SceneObject);
 
 /// A scene for each fragment shader without shadows.
-const SEARCHES: [(&str, &str, Change); 8] = [
+const SEARCHES: [(&str, &str, Change); 10] = [
     ("planar", "torus_planar.toml", |object| {
         object.extrusion.bevel = 0.0;
     }),
@@ -30,8 +30,11 @@ const SEARCHES: [(&str, &str, Change); 8] = [
     ("curved_growing", "torus.toml", |object| {
         object.extrusion.bevel = 0.06;
     }),
-    ("extrusion", "torus.toml", |object| {
+    ("straight", "torus.toml", |object| {
         object.map.storage = Storage::R32F;
+    }),
+    ("extrusion", "torus.toml", |object| {
+        object.set_technique(Technique::Rounded);
     }),
     ("relief", "torus.toml", |object| {
         object.search = Search::Relief;
@@ -40,7 +43,10 @@ const SEARCHES: [(&str, &str, Change); 8] = [
         object.tier = Tier::Paper;
         (object.steps, object.bisections) = Tier::Paper.default_effort();
     }),
-    ("prisms", "torus_accurate.toml", |_| ()),
+    ("prisms_straight", "torus_accurate.toml", |_| ()),
+    ("prisms", "torus_accurate.toml", |object| {
+        object.set_technique(Technique::Stepped);
+    }),
 ];
 
 /// A modified, small scene of `assets/scenes`.

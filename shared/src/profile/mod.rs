@@ -3,7 +3,7 @@
 //!
 //! Every profile grows inside the same box (section 2): r is e at the cap, does not
 //! fall with δ, and is e + b c from δ = c on. A profile is one file that implements
-//! [`Growth`], one line in [`Profile::ask`], and one line in the list of
+//! [`Growth`], one line in `Profile::ask`, and one line in the list of
 //! [`techniques`](crate::techniques), which names it in scenes.
 
 pub mod rounded;

@@ -99,6 +99,10 @@ pub struct Object {
     pub search: u32,
     /// Not 0 if the object casts shadows on itself. The shader is compiled for it.
     pub self_shadow: u32,
+    /// Profile of the extrusion: 0 straight. A shader for straight profiles does not read it.
+    pub profile: u32,
+    /// Number of parts of a profile that has parts, >= 1.
+    pub parts: u32,
 }
 
 /// One corner of a triangle of the planar tier.

@@ -309,7 +309,7 @@ impl EntryPoints {
             .filter(|special| special.search == object.search && special.facts & !facts == 0);
         let special = match extent {
             Extent::Needed => all.next(),
-            Extent::Everything => all.last(),
+            Extent::Everything => all.next_back(),
         }
         .expect("each search has shaders for all of its objects");
         EntryPoints {
