@@ -1,7 +1,7 @@
 //! The accurate tier: from prism to prism through the curved shell (section 6).
 
 use super::{Found, Model, Normals, Ray, Traced};
-use crate::arithmetic::{div, kept, kept3, normalize_or, sqrt};
+use crate::arithmetic::{div, kept, kept3, max, normalize_or, sqrt};
 use crate::layout::{Frame, Object, vec3};
 use crate::normals::{CLASS_CAP, CLASS_WALL, HitSurface, normal_at};
 use crate::prism::{Prism, PrismFrame};
@@ -138,10 +138,13 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
         }
         let map = ShapeMap::new(object);
         let profile = Profile::new(object);
-        // A side may lie as flat as the surface. The wall of the same place does not.
+        // A side may lie as flat as the surface: start above it, and beside the wall of
+        // the same place, which does not.
+        let mut x = traced.place.x;
         let side = if profile.is_straight() {
             normals.carved
         } else {
+            x.z = max(x.z - profile.depth_of_growth(CLEARANCE), 0.0);
             let (uv, depth_fraction) = (traced.hit.uv, traced.hit.depth_fraction);
             normal_at(
                 CLASS_WALL,
@@ -179,6 +182,6 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
             linear_steps: object.linear_steps,
             binary_steps: 0,
         };
-        walk::leaves(&field, traced.place.prism, traced.place.x, offset, to_light)
+        walk::leaves(&field, traced.place.prism, x, offset, to_light)
     }
 }

@@ -126,6 +126,13 @@ impl Profile {
         self.number == STRAIGHT
     }
 
+    /// Returns the δ over which the radius grows by `texels` at the slope b; 0 without a
+    /// bevel.
+    #[inline]
+    pub fn depth_of_growth(&self, texels: Real) -> Real {
+        texels * self.inverse_bevel
+    }
+
     /// Returns the largest radius at any depth, e + b c, texels.
     #[inline]
     pub fn largest_radius(&self) -> Real {
