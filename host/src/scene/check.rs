@@ -146,8 +146,7 @@ fn object(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
             return wrong("tier", problem);
         }
         (Search::Relief, _) | (_, Tier::Paper) if object.extrusion.profile != profile::STRAIGHT => {
-            let problem =
-                "is for straight profiles only; use tier = \"fast\" and technique = \"chamfered\"";
+            let problem = "has a profile that the paper's tier and relief mapping do not draw; use tier = \"fast\", or technique = \"chamfered\"";
             return wrong("technique", problem);
         }
         // The paper's D is never negative, and neither is D − e.
