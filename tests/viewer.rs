@@ -46,7 +46,9 @@ fn gpu_a_slider_moves_and_the_saved_picture_is_what_render_makes_of_the_saved_sc
         nudged > dragged && nudged < dragged + 0.05,
         "{dragged} {nudged}"
     );
-    assert_ne!(window.look("Picture").pixels, before.pixels);
+    window.until("another picture", |window| {
+        window.look("Picture").pixels != before.pixels
+    });
 
     // The camera: a drag on the picture, and the wheel.
     let scene_before = window.probe().scene.clone();
@@ -124,7 +126,9 @@ fn gpu_everything_can_be_reached_and_shown() {
         window.choose("Show", show);
         window.expect(|probe| probe.value("Show") == show);
         window.settle();
-        assert_ne!(window.look("Picture").pixels, picture.pixels, "{show}");
+        window.until(show, |window| {
+            window.look("Picture").pixels != picture.pixels
+        });
     }
     // The saved picture equals the screen, pixel by pixel.
     window.click("Wireframe");
@@ -132,10 +136,15 @@ fn gpu_everything_can_be_reached_and_shown() {
     window.key("Control+Shift+p");
     window.expect(|probe| probe.message.contains("torus-view-shown.png"));
     let shown = image::open(folder.path().join("torus-view-shown.png")).unwrap();
-    assert!(shown.into_rgb8() == window.look("Picture").pixels);
+    let shown = shown.into_rgb8();
+    window.until("the saved picture", |window| {
+        window.look("Picture").pixels == shown
+    });
     window.choose("Show", "Picture");
     window.settle();
-    assert_ne!(window.look("Picture").pixels, picture.pixels);
+    window.until("the wireframe", |window| {
+        window.look("Picture").pixels != picture.pixels
+    });
     window.click("Wireframe");
 
     window.choose("Compare with", "planar");
@@ -148,16 +157,17 @@ fn gpu_everything_can_be_reached_and_shown() {
     window.settle();
     let half = window.probe().number("Split");
     window.drag("Split", [6.0, 100.0], [86.0, 100.0]);
-    assert!(window.settle().number("Split") > half + 0.05);
+    window.expect(|probe| probe.number("Split") > half + 0.05);
     window.choose("Compare with", "nothing");
 
     // The panels become light; the picture does not change.
     window.settle();
     let panel = |window: &Window| window.look("Shadows on itself").brightness();
     window.choose("Theme", "dark");
+    window.until("dark panels", |window| panel(window) < 128.0);
     let dark = panel(&window);
     window.choose("Theme", "light");
-    assert!(panel(&window) > dark + 60.0);
+    window.until("light panels", |window| panel(window) > dark + 60.0);
 
     window.settle();
     window.click("Error against the oracle");

@@ -229,6 +229,11 @@ impl Window {
         self.wait("what was expected", |window| window.read().filter(&is_so))
     }
 
+    /// Waits until the screen is as expected, which is after the probe tells of it.
+    pub fn until(&mut self, what: &str, is_so: impl Fn(&Window) -> bool) {
+        self.wait(what, |window| is_so(window).then_some(()));
+    }
+
     /// Waits until the picture is up to date.
     pub fn settle(&mut self) -> Probe {
         // Earlier input must have arrived.
@@ -250,17 +255,25 @@ impl Window {
         std::thread::sleep(Duration::from_millis(40));
     }
 
-    fn move_to(&self, place: [i16; 2]) {
+    /// Moves the pointer, and waits until the viewer has drawn it there.
+    ///
+    /// What falls into one frame of a slow machine is no drag.
+    fn move_to(&mut self, place: [i16; 2]) {
         self.input(xproto::MOTION_NOTIFY_EVENT, 0, place);
+        let [x, y] = self.origin;
+        let told = Some([f32::from(place[0]) - x, f32::from(place[1]) - y]);
+        self.expect(|probe| probe.pointer == told);
     }
 
-    fn button(&self, is_down: bool) {
+    /// Presses or releases the button, and waits until the viewer has seen it.
+    fn button(&mut self, is_down: bool) {
         let kind = if is_down {
             xproto::BUTTON_PRESS_EVENT
         } else {
             xproto::BUTTON_RELEASE_EVENT
         };
         self.input(kind, 1, [0; 2]);
+        self.expect(|probe| probe.is_pressed == is_down);
     }
 
     /// Drags from one place in a control to another.
@@ -282,7 +295,7 @@ impl Window {
         self.button(true);
         let start = Instant::now();
         for pull in 1..=pulls {
-            self.move_to([x + 3 * pull, y]);
+            self.input(xproto::MOTION_NOTIFY_EVENT, 0, [x + 3 * pull, y]);
             std::thread::sleep(pause);
         }
         let took = start.elapsed();

@@ -320,10 +320,14 @@ impl Viewer {
     }
 
     /// Reports changes of state to the platform.
-    fn tell(&mut self, collector: Collector) {
+    fn tell(&mut self, context: &egui::Context, collector: Collector) {
         if !self.platform.listens() {
             return;
         }
+        (self.probe.pointer, self.probe.is_pressed) = context.input(|input| {
+            let place = input.pointer.latest_pos();
+            (place.map(Into::into), input.pointer.any_down())
+        });
         self.probe.controls = collector.into_controls();
         self.probe.message.clone_from(&self.message);
         self.probe.renderer = self.stage.describe().to_string();
@@ -351,6 +355,6 @@ impl eframe::App for Viewer {
                 egui::ScrollArea::vertical().show(ui, |ui| self.panel(ui, &collector));
             });
         egui::CentralPanel::default().show(ui, |ui| self.picture(ui, &collector));
-        self.tell(collector);
+        self.tell(&context, collector);
     }
 }

@@ -19,6 +19,10 @@ pub struct Control {
 pub struct Probe {
     /// Controls, in keyboard order.
     pub controls: Vec<Control>,
+    /// Place of the pointer in the window, points; none while it is elsewhere.
+    pub pointer: Option<[f32; 2]>,
+    /// Whether a button of the pointer is down.
+    pub is_pressed: bool,
     /// Frames drawn since the start.
     pub frames: u64,
     /// Device time of the last frame, milliseconds; 0 before the first.
