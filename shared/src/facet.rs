@@ -25,7 +25,8 @@ pub struct FacetHit {
 /// share the edge compute from the same numbers, one the exact negative of the
 /// other. A ray through a closed mesh never slips between two triangles, on
 /// any device that rounds sums and products alike.
-#[inline]
+// The CPU calls it for every facet on a ray, most of which it misses.
+#[inline(always)]
 pub fn intersect(eye: Vec3, direction: Vec3, triangle: &Triangle) -> FacetHit {
     let a = vec3(triangle.corners[0].position) - eye;
     let b = vec3(triangle.corners[1].position) - eye;

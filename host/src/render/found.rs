@@ -99,6 +99,8 @@ macro_rules! found {
         impl Found {
             /// Traces the ray over facet `index` of `object`, unless its hit must be
             /// behind the depth `best`.
+            // Called for every facet on a ray, most of which it misses.
+            #[inline(always)]
             pub(super) fn new(ray: &Ray<'_>, object: &PreparedObject, index: u32, best: f32) -> Option<Found> {
                 let texels = object.map.words();
                 match ray.object.search {
