@@ -229,7 +229,8 @@ impl Window {
         self.wait("what was expected", |window| window.read().filter(&is_so))
     }
 
-    /// Waits until the screen is as expected, which is after the probe tells of it.
+    /// Waits until the screen is as expected. The probe tells of a frame before the
+    /// screen shows it.
     pub fn until(&mut self, what: &str, is_so: impl Fn(&Window) -> bool) {
         self.wait(what, |window| is_so(window).then_some(()));
     }
@@ -257,7 +258,7 @@ impl Window {
 
     /// Moves the pointer, and waits until the viewer has drawn it there.
     ///
-    /// What falls into one frame of a slow machine is no drag.
+    /// Press, motion and release that fall into one frame are not a drag.
     fn move_to(&mut self, place: [i16; 2]) {
         self.input(xproto::MOTION_NOTIFY_EVENT, 0, place);
         let [x, y] = self.origin;
