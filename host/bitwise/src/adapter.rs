@@ -11,6 +11,7 @@
 use crate::attempt::attempt;
 use crate::error::TIME_LIMIT;
 use crate::{Device, DeviceError};
+use std::sync::OnceLock;
 use std::time::Duration;
 
 /// Returns the longest time to wait for a device (see [`TIME_LIMIT`]).
@@ -138,8 +139,12 @@ pub fn adapters() -> Vec<Adapter> {
 /// Enumerates the adapters, or returns the reason why a driver failed.
 fn enumerate() -> Result<Vec<Adapter>, String> {
     let mut found: Vec<Adapter> = attempt("wgpu", || {
-        let descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
-        let instance = wgpu::Instance::new(descriptor);
+        // One for the process: drivers and layers are loaded once, and never unloaded
+        // while another thread calls them.
+        static INSTANCE: OnceLock<wgpu::Instance> = OnceLock::new();
+        let instance = INSTANCE.get_or_init(|| {
+            wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env())
+        });
         pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY))
     })?
     .into_iter()
