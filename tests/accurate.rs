@@ -994,7 +994,8 @@ fn assert_nothing_wrong(seen: &[Seen]) {
 /// Renders a scene from around.
 fn see_from_around(name: &str, checker: &Checker) -> Seen {
     let mut random = Random(5);
-    let views: Vec<Viewpoint> = (0..if is_long() { 24 } else { 8 })
+    let count = if is_long() { 24 } else { 8 };
+    let views: Vec<Viewpoint> = (0..count)
         .map(|_| checker.random_view(&mut random, 0))
         .collect();
     let count = checker.see(name, &views, [64, 48]);

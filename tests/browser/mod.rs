@@ -35,7 +35,7 @@ pub fn built() -> Option<PathBuf> {
             .current_dir(relievo_tests::root())
             .arg("-o")
             .arg(&folder)
-            // Saves minutes; the result is larger, and computes the same.
+            // Link-time optimization takes minutes, and changes only the size.
             .env("CARGO_PROFILE_PAGE_LTO", "off")
             .env("CARGO_PROFILE_PAGE_CODEGEN_UNITS", "16")
             .output()
