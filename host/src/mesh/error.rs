@@ -27,14 +27,12 @@ pub enum MeshError {
     },
     /// The file is not text.
     #[error(
-        "the mesh `{}` is not UTF-8 text (line {line}); it must be a Wavefront OBJ file, saved as UTF-8, or glTF 2.0 (.gltf, .glb)",
+        "the mesh `{}` is not text; it must be a Wavefront OBJ file, or glTF 2.0 (.gltf, .glb)",
         path.display()
     )]
-    NotUtf8 {
+    NotText {
         /// The mesh file.
         path: PathBuf,
-        /// First line that is not UTF-8, counted from 1.
-        line: usize,
     },
     /// A statement of the OBJ file is invalid.
     #[error("the mesh `{}`, line {line}: {problem}", path.display())]

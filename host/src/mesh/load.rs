@@ -11,7 +11,7 @@ use super::prepare;
 use super::raw::RawMesh;
 use super::source::MeshSource;
 use super::triangles::Mesh;
-use super::{gltf, obj};
+use super::{encoding, gltf, obj};
 use crate::Files;
 
 impl Mesh {
@@ -137,7 +137,7 @@ fn read(files: &Files, path: &Path, options: &MeshOptions) -> Result<RawMesh, Me
 ///
 /// # Errors
 ///
-/// [`MeshError::NotUtf8`] and those of [`obj::parse`] and [`gltf::parse`].
+/// [`MeshError::NotText`] and those of [`obj::parse`] and [`gltf::parse`].
 fn decode(
     files: &Files,
     bytes: &[u8],
@@ -147,15 +147,10 @@ fn decode(
     if gltf::is_gltf(bytes, path) {
         return gltf::parse(files, bytes, path, options.limit(), options.byte_limit);
     }
-    let text = std::str::from_utf8(bytes).map_err(|error| {
-        let valid = &bytes[..error.valid_up_to()];
-        let line = 1 + valid.iter().filter(|byte| **byte == b'\n').count();
-        MeshError::NotUtf8 {
-            path: path.to_owned(),
-            line,
-        }
+    let text = encoding::text(bytes).ok_or_else(|| MeshError::NotText {
+        path: path.to_owned(),
     })?;
-    obj::parse(text, path, options.limit())
+    obj::parse(&text, path, options.limit())
 }
 
 #[cfg(test)]
@@ -184,9 +179,9 @@ mod tests {
             matches!(missing, MeshError::Read { .. })
                 && missing.to_string().contains("missing.obj")
         );
-        let latin1 = folder.path().join("latin1.obj");
-        fs::write(&latin1, b"v 0 0 0\n# \xe9\n").unwrap();
-        assert!(matches!(error(&latin1), MeshError::NotUtf8 { line: 2, .. }));
+        let binary = folder.path().join("binary.obj");
+        fs::write(&binary, b"v 0 0 0\n\0\n").unwrap();
+        assert!(matches!(error(&binary), MeshError::NotText { .. }));
         let good = folder.path().join("good.obj");
         fs::write(&good, "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\n").unwrap();
         let length = fs::metadata(&good).unwrap().len();
