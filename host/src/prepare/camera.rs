@@ -96,9 +96,15 @@ pub fn finer(frame: &Frame, factor: u32) -> Frame {
     }
 }
 
-/// Rounds to f32.
+/// Components below this share of a vector's largest are rounding errors (2⁻⁴⁰).
+const ROUNDING_ERROR: f64 = 9.094_947_017_729_282e-13;
+
+/// Rounds to f32. Rounding errors of f64 become 0: their products would be below
+/// the range in which all devices agree (docs/exactness.md).
 pub(super) fn narrow(v: DVec3) -> [f32; 3] {
-    v.as_vec3().to_array()
+    let least = ROUNDING_ERROR * v.abs().max_element();
+    v.to_array()
+        .map(|x| if x.abs() < least { 0.0 } else { x as f32 })
 }
 
 /// How far a smooth surface may bulge out of its mesh, as a share of the mesh's
@@ -136,6 +142,14 @@ pub(super) fn sees(scene: &Scene, camera: &Camera, bounds: &Bounds) -> bool {
 mod tests {
     use super::*;
     use std::path::Path;
+
+    #[test]
+    fn rounding_errors_become_zero() {
+        assert_eq!(narrow(DVec3::new(1e-33, -1.0, 2e-16)), [0.0, -1.0, 0.0]);
+        assert_eq!(narrow(DVec3::new(1e-9, 0.1, 5.0)), [1e-9, 0.1, 5.0]);
+        assert_eq!(narrow(DVec3::splat(1e-30)), [1e-30; 3]);
+        assert_eq!(narrow(DVec3::ZERO), [0.0; 3]);
+    }
 
     #[test]
     fn what_lies_behind_a_side_is_not_seen() {
