@@ -7,6 +7,9 @@ use super::projection::Projection;
 /// Upper bound of every triangle limit: MikkTSpace's corner indices are i32.
 const LARGEST_TRIANGLE_LIMIT: usize = 1 << 28;
 
+/// Default of [`MeshOptions::crease_angle`], degrees.
+pub(crate) const DEFAULT_CREASE_ANGLE: f64 = 60.0;
+
 /// Options for loading a mesh. The default keeps the mesh as it is and allows at
 /// most 2²⁶ triangles and 4 GiB.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +22,9 @@ pub struct MeshOptions {
     pub rotation: DQuat,
     /// Translation in object units, applied last.
     pub translation: DVec3,
+    /// Largest angle between two triangles whose edge is smooth where the mesh has
+    /// no normals, in degrees from 0 to 180.
+    pub crease_angle: f64,
     /// Maximum number of triangles; values above 2²⁸ are reduced to it.
     pub triangle_limit: usize,
     /// Maximum size of the file and its buffers, in bytes. Larger files are not
@@ -40,6 +46,7 @@ impl Default for MeshOptions {
             scale: 1.0,
             rotation: DQuat::IDENTITY,
             translation: DVec3::ZERO,
+            crease_angle: DEFAULT_CREASE_ANGLE,
             triangle_limit: 1 << 26,
             byte_limit: 4 << 30,
         }

@@ -11,6 +11,7 @@ use super::error::MeshError;
 use super::gradients::{Gradients, corner_gradients};
 use super::normals;
 use super::options::MeshOptions;
+use super::orient::orient;
 use super::raw::{Corner, RawMesh};
 use super::surface::{DEGENERATE_AREA, Face, Surface, area_normal};
 use super::tangents::{TangentFrame, tangent_frames};
@@ -88,8 +89,8 @@ pub(super) fn prepare(
         faces,
     };
     // The winding comes first, since computed normals follow it.
-    let reversed_triangles = normals::align_winding(&mut surface);
-    let computed_normals = normals::complete(&mut surface);
+    let reversed_triangles = normals::align_winding(&mut surface) + orient(&mut surface);
+    let computed_normals = normals::complete(&mut surface, options.crease_angle);
     let frames = tangent_frames(&surface, bounds.centre(), bounds.diagonal());
     let quadrics = quadrics(&surface, &frames);
     let gradients = corner_gradients(&surface);

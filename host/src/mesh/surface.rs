@@ -1,6 +1,7 @@
 //! The mesh during preparation: triangles over welded positions.
 
 use glam::{DVec2, DVec3};
+use rayon::prelude::*;
 
 /// Largest area of a degenerate triangle, in squares of its longest edge
 /// (section 5 of docs/algorithm.md).
@@ -15,6 +16,15 @@ pub(super) struct Face {
     pub normals: [DVec3; 3],
     /// Texture coordinates of the corners, in repeats.
     pub uvs: [DVec2; 3],
+}
+
+impl Face {
+    /// Reverses the winding.
+    pub fn reverse(&mut self) {
+        self.vertices.swap(1, 2);
+        self.normals.swap(1, 2);
+        self.uvs.swap(1, 2);
+    }
 }
 
 /// Triangles over welded positions.
@@ -40,6 +50,27 @@ impl Surface {
         }
         valences
     }
+}
+
+/// Returns the pairs of sides that meet at an edge where no third triangle is. A
+/// side is 3 × its triangle's index + the opposite corner.
+pub(super) fn pairs(surface: &Surface) -> Vec<[usize; 2]> {
+    let mut sides: Vec<([u32; 2], u32)> = (0..3 * surface.faces.len() as u32)
+        .into_par_iter()
+        .map(|side| {
+            let vertices = surface.faces[side as usize / 3].vertices;
+            let [a, b] = [1, 2].map(|i| vertices[(side as usize + i) % 3]);
+            ([a.min(b), a.max(b)], side)
+        })
+        .collect();
+    sides.par_sort_unstable();
+    sides
+        .chunk_by(|a, b| a.0 == b.0)
+        .filter_map(|sides| match sides {
+            [(_, one), (_, other)] => Some([*one as usize, *other as usize]),
+            _ => None,
+        })
+        .collect()
 }
 
 /// Returns the normal of a triangle by its winding; its length is twice the area.

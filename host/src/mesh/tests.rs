@@ -267,11 +267,23 @@ fn a_cube_with_hard_edges_is_flat() {
     assert_eq!((mesh.triangles.len(), mesh.position_count), (12, 8));
     assert!(corners(&mesh).all(|corner| corner.quadric == Quadric::default()));
     assert_eq!(mesh.report.reversed_triangles, 0);
-    // Without normals the corners are smooth.
-    let smooth = parse(
-        &strip_corners(&cube(), |corner| corner[..2].join("/")),
-        &options(),
-    );
+    // Without normals, edges sharper than the crease angle are hard.
+    let without_normals = strip_corners(&cube(), |corner| corner[..2].join("/"));
+    let within = |crease_angle| {
+        let options = MeshOptions {
+            crease_angle,
+            ..options()
+        };
+        parse(&without_normals, &options)
+    };
+    for crease_angle in [60.0, 0.0, 89.9] {
+        let hard = within(crease_angle);
+        for (computed, given) in corners(&hard).zip(corners(&mesh)) {
+            assert!(computed.normal.distance(given.normal) < 1e-12);
+        }
+    }
+    assert_eq!(parse(&without_normals, &options()), within(60.0));
+    let smooth = within(90.0);
     assert!(smooth.report.smallest_curvature > 0.1);
     for corner in corners(&smooth) {
         assert!(

@@ -24,7 +24,8 @@ pub struct Mesh {
 pub struct MeshReport {
     /// Number of degenerate triangles that were dropped.
     pub skipped_degenerate: usize,
-    /// Number of triangles whose winding was reversed to match their normals.
+    /// Number of triangles whose winding was reversed to match their normals or, without
+    /// normals, their neighbours and the outside.
     pub reversed_triangles: usize,
     /// Whether missing normals were computed.
     pub computed_normals: bool,
