@@ -91,6 +91,7 @@ impl Case {
                 quadric: [0.5 / radius as f32, 0.0, 0.5 / radius as f32],
                 gradient_u: narrow(flat(tangent) * (4.0 / radius)),
                 gradient_v: narrow(flat(bitangent) * (4.0 / radius)),
+                ..Default::default()
             }
         };
         let triangle = Triangle {

@@ -613,26 +613,31 @@ fn bake_says_what_is_wrong() {
 
 // ---------------------------------------------------------------- info
 
-/// Prisms as deep as the torus's tube are folded.
+/// Prisms as deep as the torus's tube would fold.
 #[test]
-fn a_depth_that_the_surface_cannot_have_is_an_error_or_clamped() {
+fn a_depth_that_the_surface_cannot_have_is_reduced_and_told() {
     let desk = Desk::new();
-    desk.scene_fails(
-        torus("depth = 0.5\ntier = \"accurate\""),
-        "bends too much|of 2028 triangles|number |the largest depth that works is 0.39|clamp_depth|tier = \"fast\"",
-    );
-    let (_, clamped) = desk.render(&torus(
-        "depth = 0.5\ntier = \"accurate\"\nclamp_depth = true",
-    ));
-    clamped.check();
-    assert_eq!(clamped.classes(), BTreeSet::from([CAP, WALL, FLOOR]));
+    let told = |keys: &str| {
+        desk.write("scene.toml", torus(keys));
+        desk.run("render scene.toml -o a.png").done().stderr
+    };
+    let deep = "depth = 0.5\ntier = \"accurate\"";
+    let text = told(deep);
+    let told_once = text.matches("the depth 0.500000 is reduced over").count();
+    assert_eq!(told_once, 1, "{text}");
+    assert!(text.contains("too thin or too curved"), "{text}");
+    let (_, reduced) = desk.render(&torus(deep));
+    reduced.check();
+    assert_eq!(reduced.classes(), BTreeSet::from([CAP, WALL, FLOOR]));
     // A possible depth is unchanged.
-    let (_, shallow) = desk.render(&torus("depth = 0.05\ntier = \"accurate\""));
-    let (_, same) = desk.render(&torus(
-        "depth = 0.05\ntier = \"accurate\"\nclamp_depth = true",
-    ));
-    assert_eq!(shallow.count(FLOOR), same.count(FLOOR));
-    assert!(shallow.count(WALL) < clamped.count(WALL));
+    let possible = "depth = 0.05\ntier = \"accurate\"";
+    assert!(!told(possible).contains("is reduced over"));
+    let (_, shallow) = desk.render(&torus(possible));
+    assert!(shallow.count(WALL) < reduced.count(WALL));
+    desk.scene_fails(
+        torus("depth = 1e-5\ntier = \"accurate\""),
+        "too little|tier = \"fast\"",
+    );
 }
 
 #[test]
@@ -810,8 +815,8 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
 #[test]
 fn tradeoff_leaves_out_what_a_scene_cannot_have() {
     let desk = Desk::new();
-    // Deeper than the tube: the prisms of the accurate tier are folded.
-    desk.write("scene.toml", torus("depth = 0.6"));
+    // Less deep than the accurate tier can follow rays.
+    desk.write("scene.toml", torus("depth = 1e-5"));
     let quick = "tradeoff scene.toml --quick --size 32x24 --backend cpu --frames 1 -o";
     desk.run(&format!("{quick} deep")).done();
     let page = fs::read_to_string(desk.path("deep/tradeoff.md")).unwrap();
@@ -821,7 +826,7 @@ fn tradeoff_leaves_out_what_a_scene_cannot_have() {
     );
     assert!(page.contains("2 variants `accurate-0.1px/*/"), "{page}");
     assert!(
-        page.contains("bends too much") && page.contains("The FLIP difference"),
+        page.contains("too little") && page.contains("The FLIP difference"),
         "{page}"
     );
 
@@ -1039,8 +1044,11 @@ fn meshes_that_cannot_be_used() {
     }
     desk.write("m.obj", "");
     desk.scene_fails(&scene, "m.obj | no faces");
+    // A comment in Latin-1 is text, a zero byte is none.
     desk.write("m.obj", b"# caf\xe9\n");
-    desk.scene_fails(&scene, "m.obj | line 1 | UTF-8");
+    desk.scene_fails(&scene, "m.obj | no faces");
+    desk.write("m.obj", b"v 0 0\0 0\n");
+    desk.scene_fails(&scene, "m.obj | not text | OBJ");
 }
 
 #[test]

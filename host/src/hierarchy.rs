@@ -29,6 +29,18 @@ pub(crate) fn build(boxes: &[Aabb]) -> Bvh2 {
     hierarchy
 }
 
+/// Builds a hierarchy over `boxes` in less time, for few rays.
+pub(crate) fn build_fast(boxes: &[Aabb]) -> Bvh2 {
+    let parameters = BvhBuildParams::fast_build();
+    PlocBuilder::with_capacity(boxes.len()).build(
+        parameters.ploc_search_distance,
+        boxes,
+        (0..boxes.len() as u32).collect(),
+        parameters.sort_precision,
+        parameters.search_depth_threshold,
+    )
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,6 @@
 //! bounds that hold for the rounded numbers.
 
 use glam::DVec3;
-use rayon::prelude::*;
 use relievo_shared::contract::LARGEST;
 use relievo_shared::layout::{NO_NEIGHBOUR, PrismData, Slab};
 
@@ -76,7 +75,7 @@ pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DV
         corner_normals: prism.corner_normals.map(narrow),
         uv: [uv[0], uv_change(1), uv_change(2)],
         facet,
-        least_determinant: (FOLDED * depth * area_normal.length()) as f32,
+        least_determinant: (FOLDED * depth * prism.least_share() * area_normal.length()) as f32,
         spread: round_up(spread(&rounded.surface(), widen(facet))),
         slabs: [
             slab(facet_normal),
@@ -90,36 +89,6 @@ pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DV
         inverse_altitude: (longest / area_normal.length()).min(f64::from(LARGEST)) as f32,
         neighbours: prism.neighbours,
     }
-}
-
-/// Triangles whose prisms fold.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Folded {
-    /// Their indices, ascending; at least one.
-    pub triangles: Vec<usize>,
-    /// The largest depth that works everywhere, in object units; 0 if none does.
-    pub largest_depth: f64,
-}
-
-/// Returns the triangles whose prisms fold at `depth`, in object units: it is not less than
-/// their [`MeshPrism::largest_depth`]. None if it works everywhere.
-pub fn folded(prisms: &[MeshPrism], depth: f64) -> Option<Folded> {
-    let folded: Vec<(usize, f64)> = prisms
-        .par_iter()
-        .enumerate()
-        // Cheap first test: most prisms are far from folding.
-        .filter(|(_, prism)| prism.safe_depth() <= depth)
-        .map(|(index, prism)| (index, prism.largest_depth()))
-        .filter(|(_, largest_depth)| *largest_depth <= depth)
-        .collect();
-    let largest_depth = folded
-        .iter()
-        .map(|(_, largest_depth)| *largest_depth)
-        .reduce(f64::min)?;
-    Some(Folded {
-        triangles: folded.into_iter().map(|(index, _)| index).collect(),
-        largest_depth,
-    })
 }
 
 /// Returns points whose convex hull contains the cap, and points such that the hull of
@@ -369,22 +338,5 @@ mod tests {
             assert!(down <= x && x <= up && up - down <= 1.2e-7 * x.abs());
         }
         assert!(f64::from(0.1_f32) > 0.1 && f64::from(round_down(0.1)) < 0.1);
-    }
-
-    #[test]
-    fn the_triangles_that_fold_are_named() {
-        let prisms = asset("blob").prisms();
-        let depths: Vec<f64> = prisms.iter().map(MeshPrism::largest_depth).collect();
-        let mut sorted = depths.clone();
-        sorted.sort_by(f64::total_cmp);
-        let least = sorted[0];
-        for depth in [least, sorted[40], sorted[1000]] {
-            let folded = folded(&prisms, depth).unwrap();
-            let expected: Vec<usize> = (0..prisms.len()).filter(|i| depths[*i] <= depth).collect();
-            assert_eq!(folded.triangles, expected);
-            assert_eq!(folded.largest_depth, least);
-        }
-        assert_eq!(folded(&prisms, 0.999 * least), None);
-        assert_eq!(folded(&asset("plane").prisms(), 1e6), None);
     }
 }

@@ -569,6 +569,7 @@ pub fn lit(
         class: 1 + ((choice >> 8) & 3),
         uv,
         depth_fraction,
+        depth,
         normal,
         surface_normal: Vec3::Z,
     };

@@ -5,7 +5,7 @@
 //! use relievo_shared::layout::{Triangle, vec3};
 //! use relievo_shared::Vec3;
 //!
-//! assert_eq!(size_of::<Triangle>(), 244);
+//! assert_eq!(size_of::<Triangle>(), 256);
 //! assert_eq!(vec3([1.0, 2.0, 3.0]), Vec3::new(1.0, 2.0, 3.0));
 //! ```
 
@@ -31,6 +31,8 @@ pub struct Corner {
     pub gradient_u: [Real; 3],
     /// ∇v, orthogonal to the normal, repeats per object unit.
     pub gradient_v: [Real; 3],
+    /// 1 − h / S_z: how much less than the object's the depth is here, 0…1.
+    pub depth_reduction: Real,
 }
 
 /// One triangle, as the models over triangles read it.
@@ -59,6 +61,8 @@ pub struct PlanarCorner {
     pub gradient_u: [Real; 3],
     /// ∇v, orthogonal to the normal, repeats per object unit.
     pub gradient_v: [Real; 3],
+    /// 1 − h / S_z: how much less than the object's the depth is here, 0…1.
+    pub depth_reduction: Real,
 }
 
 /// The part of a [`Triangle`] that the planar tier reads: no quadrics and no
@@ -80,6 +84,7 @@ impl From<&Triangle> for PlanarTriangle {
             uv: corner.uv,
             gradient_u: corner.gradient_u,
             gradient_v: corner.gradient_v,
+            depth_reduction: corner.depth_reduction,
         };
         let [a, b, c] = &triangle.corners;
         PlanarTriangle {
@@ -100,6 +105,7 @@ impl From<&PlanarTriangle> for Triangle {
             quadric: [0.0; 3],
             gradient_u: corner.gradient_u,
             gradient_v: corner.gradient_v,
+            depth_reduction: corner.depth_reduction,
         };
         let [a, b, c] = &triangle.corners;
         Triangle {
@@ -213,7 +219,7 @@ pub struct Object {
     pub map_quantum: Real,
     /// Half the span of the differences that make the map's gradient, texels, > 0.
     pub map_reach: Real,
-    /// S_z: distance from the cap to the floor, object units, > 0.
+    /// S_z: the largest distance from the cap to the floor, object units, > 0.
     pub depth: Real,
     /// e: outward extension of the pattern, width units (section 2).
     pub extension: Real,
@@ -292,11 +298,11 @@ pub const SEARCH_PRISMS: u32 = 3;
 #[cfg(not(feature = "double"))]
 const _: () = {
     use core::mem::{align_of, offset_of, size_of};
-    assert!(size_of::<Corner>() == 80 && align_of::<Corner>() == 4);
+    assert!(size_of::<Corner>() == 84 && align_of::<Corner>() == 4);
     assert!(offset_of!(Corner, uv) == 36 && offset_of!(Corner, quadric) == 44);
-    assert!(size_of::<Triangle>() == 244 && align_of::<Triangle>() == 4);
-    assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 240);
-    assert!(size_of::<PlanarCorner>() == 56 && size_of::<PlanarTriangle>() == 168);
+    assert!(size_of::<Triangle>() == 256 && align_of::<Triangle>() == 4);
+    assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 252);
+    assert!(size_of::<PlanarCorner>() == 60 && size_of::<PlanarTriangle>() == 180);
     assert!(offset_of!(PlanarCorner, uv) == 24 && align_of::<PlanarTriangle>() == 4);
     assert!(
         size_of::<Slab>() == 20 && size_of::<PrismData>() == 336 && align_of::<PrismData>() == 4

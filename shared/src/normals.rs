@@ -58,7 +58,7 @@ pub struct SmoothSurface {
     pub surface: Surface,
     /// Unit normal at the hit.
     pub normal: Vec3,
-    /// S_z, object units.
+    /// The local depth h, object units.
     pub depth: Real,
 }
 

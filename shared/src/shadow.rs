@@ -78,6 +78,8 @@ pub struct ShadowPoint {
     pub uv: Vec2,
     /// δ.
     pub depth_fraction: Real,
+    /// The local depth of the shell, object units.
+    pub depth: Real,
     /// Unit normal of the carved surface.
     pub normal: Vec3,
     /// Unit normal of the smooth surface.
@@ -128,7 +130,7 @@ pub fn lit<T: Texels + ?Sized>(
     } else {
         Vec2::ZERO
     };
-    let height = point.depth_fraction * object.depth;
+    let height = point.depth_fraction * point.depth;
     // A valley that bends up faster than the ray shadows it.
     let radicand = slope * slope + 4.0 * bend * height;
     if radicand < 0.0 {
@@ -143,7 +145,7 @@ pub fn lit<T: Texels + ?Sized>(
         depth_fraction: point.depth_fraction,
         slope,
         bend,
-        inverse_depth: div(1.0, object.depth),
+        inverse_depth: div(1.0, point.depth),
         end: div(2.0 * height, max(sqrt(radicand) - slope, 1e-12)),
     };
     let found = march(

@@ -74,6 +74,17 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
     }
 }
 
+/// Returns the local depth h of the shell over `triangle` at `hit` in an object whose
+/// depth S_z is `depth`, object units: S_z exactly where nothing reduces it.
+#[inline]
+pub fn local_depth(triangle: &Triangle, hit: &FacetHit, depth: Real) -> Real {
+    let [a, b, c] = &triangle.corners;
+    let reduction = a.depth_reduction * hit.weights.x
+        + b.depth_reduction * hit.weights.y
+        + c.depth_reduction * hit.weights.z;
+    depth * (1.0 - reduction)
+}
+
 /// Returns half the second derivative of the texture coordinates along the part of
 /// `direction` in the surface of `triangle` with unit normal `normal`, repeats per square
 /// object unit. It is not 0 since ∇u and ∇v differ between the corners.
@@ -205,6 +216,19 @@ mod tests {
         // ∇v = (0, 1, 0) stands upright here, and is pressed into the surface.
         assert_eq!(surface.gradient_u, Vec3::X);
         assert_eq!(surface.gradient_v, Vec3::ZERO);
+    }
+
+    #[test]
+    fn the_local_depth_is_linear_between_the_corners() {
+        let mut triangle = sphere_triangle([Vec3::X, Vec3::Y, Vec3::Z], 2.0);
+        let middle = at([0.1, 0.2, 0.7]);
+        assert_eq!(local_depth(&triangle, &middle, 0.3), 0.3);
+        for (corner, reduction) in triangle.corners.iter_mut().zip([0.5, 0.75, 0.0]) {
+            corner.depth_reduction = reduction;
+        }
+        assert_eq!(local_depth(&triangle, &at([0.0, 1.0, 0.0]), 2.0), 0.5);
+        assert_eq!(local_depth(&triangle, &at([0.0, 0.0, 1.0]), 2.0), 2.0);
+        assert!((local_depth(&triangle, &middle, 2.0) - 1.6).abs() < 1e-6);
     }
 
     #[test]

@@ -73,7 +73,7 @@ fn the_mesh_is_read_back_with_all_its_attributes() {
             let [x, y, z] = corner.tangent;
             [x, y, z, w]
         });
-        let wanted: [(&str, Vec<f32>); 7] = [
+        let wanted: [(&str, Vec<f32>); 8] = [
             ("POSITION", corners().flat_map(|c| c.0.position).collect()),
             ("NORMAL", corners().flat_map(|c| c.0.normal).collect()),
             ("TANGENT", tangents.collect()),
@@ -86,6 +86,10 @@ fn the_mesh_is_read_back_with_all_its_attributes() {
             (
                 "_GRADIENT_V",
                 corners().flat_map(|c| c.0.gradient_v).collect(),
+            ),
+            (
+                "_DEPTH_REDUCTION",
+                corners().map(|c| c.0.depth_reduction).collect(),
             ),
         ];
         assert_eq!(found.len(), wanted.len());

@@ -120,7 +120,6 @@ fn changes(folder: &Folder) -> Vec<(&'static str, [f64; 2], Change)> {
 
 fn tiered(mut scene: Scene, tier: Tier) -> Scene {
     scene.objects[0].tier = tier;
-    scene.objects[0].clamp_depth = tier == Tier::Accurate;
     scene
 }
 

@@ -267,7 +267,6 @@ fn prepared(scene: &Scene, tier: Tier) -> Option<PreparedScene> {
     let mut scene = scene.clone();
     for object in &mut scene.objects {
         object.tier = tier;
-        object.clamp_depth = tier == Tier::Accurate;
     }
     match prepare(&scene, &|_| ()) {
         Ok(prepared) => Some(prepared),

@@ -31,7 +31,6 @@ fn powers_of_two_change_no_bit() {
                 over(mesh)
             };
             scene.objects[0].tier = tier;
-            scene.objects[0].clamp_depth = tier == Tier::Accurate;
             scene.objects[0].self_shadow = true;
             let (color, geometry) = pictures(&scene, 0);
             assert!(geometry.coverage().0 > 100);

@@ -173,6 +173,7 @@ structs! {
         quadric: [f32; 3], "1 / object units", "Coefficients xx, xy, yy of the quadric in the corner's tangent frame, positive where convex.";
         gradient_u: [f32; 3], "repeats / object unit", "Gradient of u, orthogonal to the normal.";
         gradient_v: [f32; 3], "repeats / object unit", "Gradient of v, orthogonal to the normal.";
+        depth_reduction: f32, "", "1 - local depth / depth.";
     }
     triangle Triangle "One triangle." {
         corners: [layout::Corner; 3], "", "Corners, counter-clockwise seen from outside.";
@@ -184,6 +185,7 @@ structs! {
         uv: [f32; 2], "repeats", "Texture coordinates, minus an integer per triangle; v points down.";
         gradient_u: [f32; 3], "repeats / object unit", "Gradient of u, orthogonal to the normal.";
         gradient_v: [f32; 3], "repeats / object unit", "Gradient of v, orthogonal to the normal.";
+        depth_reduction: f32, "", "1 - local depth / depth.";
     }
     planar_triangle PlanarTriangle "One triangle of the planar tier." {
         corners: [layout::PlanarCorner; 3], "", "Corners, counter-clockwise seen from outside.";

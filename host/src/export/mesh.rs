@@ -19,7 +19,7 @@ use std::collections::BTreeMap;
 /// Returns the attributes in the order of their bytes in a vertex. Texture
 /// coordinates and gradients are those of the shaders: in repeats of the pattern,
 /// with v pointing down as in glTF.
-fn attributes() -> [(Semantic, Type); 7] {
+fn attributes() -> [(Semantic, Type); 8] {
     let own = |name: &str| Semantic::Extras(name.to_string());
     [
         (Semantic::Positions, Type::Vec3),
@@ -29,11 +29,12 @@ fn attributes() -> [(Semantic, Type); 7] {
         (own("QUADRIC"), Type::Vec3),
         (own("GRADIENT_U"), Type::Vec3),
         (own("GRADIENT_V"), Type::Vec3),
+        (own("DEPTH_REDUCTION"), Type::Scalar),
     ]
 }
 
 /// Number of f32 per vertex.
-const NUMBERS: usize = 21;
+const NUMBERS: usize = 22;
 
 /// Returns the numbers of a vertex in the order of [`attributes`].
 fn numbers(corner: &Corner, handedness: f32) -> impl Iterator<Item = f32> {
@@ -45,6 +46,7 @@ fn numbers(corner: &Corner, handedness: f32) -> impl Iterator<Item = f32> {
         quadric,
         gradient_u,
         gradient_v,
+        depth_reduction,
     } = *corner;
     position
         .into_iter()
@@ -55,6 +57,7 @@ fn numbers(corner: &Corner, handedness: f32) -> impl Iterator<Item = f32> {
         .chain(quadric)
         .chain(gradient_u)
         .chain(gradient_v)
+        .chain([depth_reduction])
 }
 
 /// Writes the object as a .glb file. `origin` is the scene's origin, world units.

@@ -5,7 +5,7 @@
 //! Preparation runs in f64 and its result does not depend on the number of
 //! threads. The steps: read, transform, weld positions, drop degenerate
 //! triangles, project texture coordinates if asked, align the winding, compute
-//! missing normals, compute tangent frames by MikkTSpace, fit quadrics.
+//! missing normals between creases, compute tangent frames by MikkTSpace, fit quadrics.
 //!
 //! ```
 //! use relievo::mesh::{Mesh, MeshData, MeshOptions, Projection};
@@ -29,6 +29,7 @@
 mod bounds;
 mod curvature;
 mod data;
+mod encoding;
 mod error;
 mod gltf;
 mod gradients;
@@ -36,6 +37,7 @@ mod load;
 mod normals;
 mod obj;
 mod options;
+mod orient;
 mod prepare;
 mod prism;
 mod projection;
@@ -54,9 +56,10 @@ pub use curvature::Quadric;
 pub use data::MeshData;
 pub use error::MeshError;
 pub(crate) use gradients::smaller_stretch;
+pub(crate) use options::DEFAULT_CREASE_ANGLE;
 pub use options::MeshOptions;
-pub use prism::MeshPrism;
-pub(crate) use prism::{FOLDED, Quadratic};
+pub(crate) use prism::{FOLDED, Quadratic, SHALLOWEST};
+pub use prism::{LocalDepth, MeshPrism, Shell};
 pub use projection::Projection;
 pub use source::MeshSource;
 pub use triangles::{Mesh, MeshCorner, MeshReport, MeshTriangle};

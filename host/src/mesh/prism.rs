@@ -6,10 +6,15 @@
 //! edges the corner normals define S, so that flat faces stay flat, and mitred
 //! normals, one at each position, define N, so that the prisms on both sides
 //! meet.
+//!
+//! Where a shell as deep as asked for would fold or pass through the opposite
+//! wall, N is shorter: see [`Shell`].
 
+mod clearance;
 mod depth;
 mod mitre;
 mod quadratic;
+mod shell;
 #[cfg(test)]
 mod tests;
 
@@ -22,6 +27,8 @@ use super::triangles::{Mesh, MeshCorner, MeshTriangle};
 use mitre::mitre;
 
 pub(crate) use quadratic::Quadratic;
+pub(crate) use shell::SHALLOWEST;
+pub use shell::{LocalDepth, Shell};
 
 /// A prism is folded where the determinant of its map is at most this fraction of
 /// the flat prism's.
@@ -44,8 +51,11 @@ pub struct MeshPrism {
     pub surface: [DVec3; 5],
     /// N: the coefficients of 1, w1, w2, w1², w1 w2, w2². Of length 1 at corners
     /// and edge midpoints of a smooth surface; at hard edges longer, so that the
-    /// floor is about parallel to the faces around.
+    /// floor is about parallel to the faces around. Where the local depth is less
+    /// than the object's, it is shorter in proportion.
     pub normal: [DVec3; 6],
+    /// The local depth at each corner as a share of the shell's, at most 1.
+    pub shares: [f64; 3],
     /// Unit normals of the corners: those of the mesh.
     pub corner_normals: [DVec3; 3],
     /// For each corner, the neighbour at the opposite side: 4 × its index + the
@@ -70,6 +80,11 @@ impl MeshPrism {
     /// Returns N.
     pub(crate) fn normal(&self) -> Quadratic {
         Quadratic(self.normal)
+    }
+
+    /// Returns the least of the corners' shares.
+    pub(crate) fn least_share(&self) -> f64 {
+        self.shares.into_iter().fold(1.0, f64::min)
     }
 
     /// Returns the corners, relative to the anchor.
@@ -131,36 +146,75 @@ impl Side {
 struct Bend {
     /// E of section 6.
     surface: DVec3,
-    /// G of section 6.
-    normal: DVec3,
+    /// G of section 6, as a multiple of the mean N of the side's ends.
+    stretch: f64,
     neighbour: u32,
 }
 
-impl Mesh {
-    /// Computes the curved prisms over the triangles, in their order.
-    pub fn prisms(&self) -> Vec<MeshPrism> {
-        let triangles = &self.triangles;
+impl Bend {
+    /// No bend, and no neighbour.
+    const STRAIGHT: Bend = Bend {
+        surface: DVec3::ZERO,
+        stretch: 0.0,
+        neighbour: NO_NEIGHBOUR,
+    };
+}
+
+/// What the prisms over the triangles of a mesh consist of.
+struct Parts<'a> {
+    triangles: &'a [MeshTriangle],
+    /// N at the corners of all triangles, where nothing limits the depth.
+    normals: Vec<DVec3>,
+    /// Bends along the sides of all triangles.
+    bends: Vec<Bend>,
+}
+
+impl<'a> Parts<'a> {
+    fn new(triangles: &'a [MeshTriangle]) -> Parts<'a> {
         let normals = prism_normals(triangles);
         let bends = bends(triangles, &normals);
-        triangles
-            .par_iter()
-            .enumerate()
-            .map(|(index, triangle)| {
-                let range = 3 * index..3 * index + 3;
-                let bends: [Bend; 3] = std::array::from_fn(|side| bends[range.start + side]);
-                let positions = triangle.corners.map(|corner| corner.position);
-                let relative = positions.map(|position| position - positions[0]);
-                let surface = Quadratic::new(relative, bends.map(|bend| bend.surface));
-                let normals = std::array::from_fn(|corner| normals[range.start + corner]);
-                let [_, surface @ ..] = surface.0;
-                MeshPrism {
-                    anchor: positions[0],
-                    surface,
-                    normal: Quadratic::new(normals, bends.map(|bend| bend.normal)).0,
-                    corner_normals: triangle.corners.map(|corner| corner.normal),
-                    neighbours: bends.map(|bend| bend.neighbour),
-                }
-            })
+        Parts {
+            triangles,
+            normals,
+            bends,
+        }
+    }
+
+    /// Returns the prism over a triangle, with the local depths at its corners as
+    /// shares of the object's.
+    fn prism(&self, index: usize, shares: [f64; 3]) -> MeshPrism {
+        let triangle = &self.triangles[index];
+        let at = |i: usize| 3 * index + i;
+        let bends: [Bend; 3] = std::array::from_fn(|side| self.bends[at(side)]);
+        let normals: [DVec3; 3] =
+            std::array::from_fn(|corner| shares[corner] * self.normals[at(corner)]);
+        let stretches = std::array::from_fn(|side| {
+            let mean = 0.5 * (normals[(side + 1) % 3] + normals[(side + 2) % 3]);
+            bends[side].stretch * mean
+        });
+        let positions = triangle.corners.map(|corner| corner.position);
+        let relative = positions.map(|position| position - positions[0]);
+        let surface = Quadratic::new(relative, bends.map(|bend| bend.surface));
+        let [_, surface @ ..] = surface.0;
+        MeshPrism {
+            anchor: positions[0],
+            surface,
+            normal: Quadratic::new(normals, stretches).0,
+            shares,
+            corner_normals: triangle.corners.map(|corner| corner.normal),
+            neighbours: bends.map(|bend| bend.neighbour),
+        }
+    }
+}
+
+impl Mesh {
+    /// Computes the curved prisms over the triangles, in their order, where nothing
+    /// limits the depth.
+    pub fn prisms(&self) -> Vec<MeshPrism> {
+        let parts = Parts::new(&self.triangles);
+        (0..self.triangles.len())
+            .into_par_iter()
+            .map(|index| parts.prism(index, [1.0; 3]))
             .collect()
     }
 }
@@ -224,12 +278,7 @@ fn bends(triangles: &[MeshTriangle], normals: &[DVec3]) -> Vec<Bend> {
         .par_chunk_by(|a, b| a.edge == b.edge)
         .flat_map_iter(|sides| edge_bends(triangles, normals, sides))
         .collect();
-    let straight = Bend {
-        surface: DVec3::ZERO,
-        normal: DVec3::ZERO,
-        neighbour: NO_NEIGHBOUR,
-    };
-    let mut bends = vec![straight; unordered.len()];
+    let mut bends = vec![Bend::STRAIGHT; unordered.len()];
     for (index, bend) in unordered {
         bends[index] = bend;
     }
@@ -264,7 +313,6 @@ fn edge_bends(
     let stretch = 4.0 * (stretch * share - 1.0);
     let linked = linked(triangles, normals, sides);
     sides.iter().enumerate().map(move |(i, side)| {
-        let ends = side.ends(triangles);
         let neighbour = if linked {
             let other = sides[1 - i];
             4 * other.triangle + other.opposite
@@ -273,7 +321,7 @@ fn edge_bends(
         };
         let bend = Bend {
             surface,
-            normal: stretch * middle_normal(normals, ends),
+            stretch,
             neighbour,
         };
         (side.index(), bend)

@@ -60,7 +60,7 @@ pub enum UnknownShape {
     },
     /// The depth reaches the point where normals meet.
     #[error(
-        "object {object:?} is carved {depth} deep, but a {shape} of this size has room for less than {largest}; make depth smaller"
+        "object {object:?} is carved {depth} deep, but a {shape} of this size has room for less than {largest}, and parts of this mesh for less; make depth smaller"
     )]
     Depth {
         /// The object.
@@ -108,11 +108,12 @@ impl AnalyticOracle<'_> {
         }
         let oracle = AnalyticOracle::new(shape, object, prepared);
         let largest = shape.largest_depth() * placement.scale;
-        if oracle.depth >= largest {
+        // The closed forms have one depth.
+        if prepared.depth >= largest || prepared.reduces_depth() {
             return Err(UnknownShape::Depth {
                 object: name(),
                 shape: shape.name(),
-                depth: oracle.depth,
+                depth: prepared.depth,
                 largest,
             });
         }

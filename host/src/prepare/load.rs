@@ -3,9 +3,10 @@
 
 use super::camera::{default_camera, frame, sees};
 use super::meshes::{LoadedMesh, MeshCache, cached, load_meshes};
-use super::object::prepare_object;
+use super::object::{Common, prepare_object};
 use super::prepared::{PreparedObject, PreparedScene};
 use super::shapes::Shapes;
+use super::shells::Shells;
 use super::step::Step;
 use crate::Error;
 use crate::limits::Account;
@@ -22,6 +23,7 @@ use web_time::Instant;
 pub struct Assets {
     meshes: MeshCache,
     shapes: Shapes,
+    shells: Shells,
 }
 
 /// A scene whose files are loaded.
@@ -31,6 +33,8 @@ pub(crate) struct LoadedScene<'a> {
     meshes: Vec<LoadedMesh>,
     /// Patterns of the objects that are seen.
     shapes: Shapes,
+    /// Local depths of the meshes.
+    shells: Shells,
     bounds: Bounds,
     camera: Camera,
     frame: Frame,
@@ -96,6 +100,7 @@ impl<'a> LoadedScene<'a> {
             scene,
             meshes,
             shapes,
+            shells: before.shells.for_next(),
             bounds,
             camera,
             start,
@@ -140,10 +145,13 @@ impl<'a> LoadedScene<'a> {
             name: object.name.clone(),
             problem,
         })?;
-        // A pixel's width at distance 1, world units.
-        let pixel = DVec3::from(self.frame.ray_right.map(f64::from)).length();
-        let origin = self.bounds.centre();
-        prepare_object(self.scene, number, object, mesh, map, origin, pixel)
+        let common = Common {
+            scene: self.scene,
+            origin: self.bounds.centre(),
+            pixel: DVec3::from(self.frame.ray_right.map(f64::from)).length(),
+            shells: &mut self.shells,
+        };
+        prepare_object(common, number, object, mesh, map)
     }
 
     /// Width and height of the plain pattern of `object`, pixels; `None` if its
@@ -162,6 +170,7 @@ impl<'a> LoadedScene<'a> {
         Assets {
             meshes: cached(self.scene, &self.meshes),
             shapes: self.shapes,
+            shells: self.shells,
         }
     }
 }

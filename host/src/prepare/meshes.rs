@@ -112,6 +112,7 @@ fn mesh_options(object: &SceneObject) -> MeshOptions {
         scale: object.scale,
         rotation: rotation(object.rotate),
         translation: DVec3::from(object.translate),
+        crease_angle: object.crease_angle,
         ..MeshOptions::default()
     }
 }

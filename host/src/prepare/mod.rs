@@ -33,6 +33,7 @@ mod meshes;
 mod object;
 mod prepared;
 mod shapes;
+mod shells;
 mod step;
 #[cfg(test)]
 pub(crate) mod tests;

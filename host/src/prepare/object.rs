@@ -2,29 +2,44 @@
 
 use super::camera::narrow;
 use super::prepared::PreparedObject;
+use super::shells::{MeshShell, Shells};
 use crate::Error;
-use crate::mesh::{Mesh, MeshCorner, MeshTriangle, smaller_stretch};
-use crate::prism::folded;
+use crate::mesh::{LocalDepth, Mesh, MeshCorner, MeshTriangle, SHALLOWEST, smaller_stretch};
 use crate::scene::{Material, Scene, SceneObject, Shape};
 use crate::shape_map::{ShapeMap, Storage};
 use glam::DVec3;
 use rayon::prelude::*;
-use relievo_shared::layout::{Corner, Object, Triangle};
+use relievo_shared::layout::{Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, Triangle};
 use relievo_shared::profile::{Profile, know_upright};
 use std::sync::Arc;
 
-/// Prepares `object`, number `number` of `scene`; `origin` is the scene's, and
-/// `pixel` is a pixel's width at distance 1, both in world units.
+/// What objects of a scene have in common.
+pub(super) struct Common<'a> {
+    pub scene: &'a Scene,
+    /// The scene's origin, world units.
+    pub origin: DVec3,
+    /// A pixel's width at distance 1, world units.
+    pub pixel: f64,
+    pub shells: &'a mut Shells,
+}
+
+/// Prepares `object`, number `number` of the scene.
 pub(super) fn prepare_object(
-    scene: &Scene,
+    common: Common<'_>,
     number: usize,
     object: &SceneObject,
     mesh: Arc<Mesh>,
     map: Arc<ShapeMap>,
-    origin: DVec3,
-    pixel: f64,
 ) -> Result<PreparedObject, Error> {
+    let Common {
+        scene,
+        origin,
+        pixel,
+        shells,
+    } = common;
     let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
+    // As renderers read it.
+    let depth = f64::from(depth as f32);
     let extrusion = object.extrusion;
     let Material {
         cap,
@@ -72,34 +87,55 @@ pub(super) fn prepare_object(
         name: object.name.clone(),
         problem,
     })?;
+    let is_accurate = parameters.search == SEARCH_PRISMS;
+    if is_accurate {
+        check_depth(scene, object, &mesh, depth)?;
+    }
+    let (shell, prisms) = if is_accurate {
+        let shell = mesh.shell(depth);
+        (Arc::new(MeshShell::new(&shell)), shell.prisms)
+    } else {
+        (shells.of(&mesh, depth), Vec::new())
+    };
+    tell_local_depth(object, depth, shell.local_depth);
+    parameters.depth = shell.depth as f32;
+    // The paper's tier and relief mapping draw what was published: one depth.
+    let has_local_depth = is_accurate || parameters.search == SEARCH_EXTRUSION;
     let flat = FLAT / mesh.bounds.diagonal();
     let triangles = mesh
         .triangles
         .par_iter()
-        .map(|triangle| narrow_triangle(triangle, origin, object.repeat, flat))
+        .enumerate()
+        .map(|(index, triangle)| {
+            let reductions = shell.reductions.get(index).filter(|_| has_local_depth);
+            let reductions = reductions.copied().unwrap_or_default();
+            narrow_triangle(triangle, reductions, origin, object.repeat, flat)
+        })
         .collect();
     let mut prepared = PreparedObject {
         name: object.name.clone(),
         number,
         parameters,
         triangles,
+        depth,
         prisms: Vec::new(),
         map,
         map_options: object.map,
         mesh,
     };
-    if prepared.has_prisms() {
-        make_prisms(scene, object, &mut prepared, origin)?;
+    if is_accurate {
+        prepared.prisms = prepared.narrow_prisms(&prisms, origin);
     }
     Ok(prepared)
 }
 
-/// Converts a triangle to the renderers' units: f32, positions relative to
-/// `origin`, texture coordinates in repeats of the pattern with v down (OBJ's v
+/// Converts a triangle to the renderers' units: f32, with the `reductions` of the
+/// depth at its corners, positions relative to `origin`, texture coordinates in repeats of the pattern with v down (OBJ's v
 /// goes up), less a whole number of repeats. Curvatures below `flat` are
 /// treated as zero.
 fn narrow_triangle(
     triangle: &MeshTriangle,
+    reductions: [f32; 3],
     origin: DVec3,
     repeat: [f64; 2],
     flat: f64,
@@ -119,6 +155,7 @@ fn narrow_triangle(
                 .map(|q| if q.abs() < flat { 0.0 } else { q as f32 }),
             gradient_u: narrow(corner.gradient_u * repeat[0]),
             gradient_v: narrow(corner.gradient_v * -repeat[1]),
+            depth_reduction: reductions[i],
         };
     }
     Triangle {
@@ -216,84 +253,37 @@ fn check_growth(object: &mut Object, shape: &Shape, map: &ShapeMap) -> Result<()
     Ok(())
 }
 
-/// Maximum number of triangles named in an error.
-const NAMED: usize = 3;
-
-/// A clamped depth is this share of the largest valid depth.
-const CLAMPED: f64 = 0.95;
-
-/// Minimum depth of a shell as a share of the mesh's diagonal. Below it the
-/// rounding of δ shows, and rays get lost.
-const SHALLOWEST: f64 = 3e-5;
-
-/// Makes the prisms of `prepared`, clamping its depth if the scene allows it.
+/// Minimum depth of the accurate tier, checked before its prisms are made.
 ///
 /// # Errors
-/// [`Error::Object`] if the surface bends too much for the depth, or if the depth
-/// is below [`SHALLOWEST`].
-fn make_prisms(
-    scene: &Scene,
-    object: &SceneObject,
-    prepared: &mut PreparedObject,
-    origin: DVec3,
-) -> Result<(), Error> {
-    let prisms = prepared.mesh.prisms();
-    let depth = f64::from(prepared.parameters.depth);
-    if let Some(folded) = folded(&prisms, depth) {
-        let clamped = CLAMPED * folded.largest_depth;
-        if !object.clamp_depth || clamped <= 0.0 {
-            let triangles = &prepared.mesh.triangles;
-            let named = folded.triangles.iter().take(NAMED).map(|&index| {
-                let [a, b, c] = triangles[index].corners.map(|corner| corner.position);
-                let [x, y, z] = ((a + b + c) / 3.0).to_array();
-                format!("number {} at ({x:.4}, {y:.4}, {z:.4})", index + 1)
-            });
-            let named: Vec<String> = named.collect();
-            let more = if folded.triangles.len() > NAMED {
-                ", …"
-            } else {
-                ""
-            };
-            let way_out = if clamped > 0.0 {
-                format!(
-                    "the largest depth that works is {:.6}: write a smaller depth, or clamp_depth = true, or tier = \"fast\"",
-                    folded.largest_depth
-                )
-            } else {
-                "no depth works there: repair the mesh, or write tier = \"fast\"".to_string()
-            };
-            return Err(Error::Object {
-                scene: scene.path.clone(),
-                name: object.name.clone(),
-                problem: format!(
-                    "the surface bends too much for the depth {depth:.6} of the accurate tier in {} of {} triangles ({}{more}); {way_out}",
-                    folded.triangles.len(),
-                    prisms.len(),
-                    named.join(", "),
-                ),
-            });
-        }
-        tracing::warn!(
-            "object {:?}: depth {depth:.6} is clamped to {clamped:.6}, since the surface bends too much in {} of {} triangles",
-            object.name,
-            folded.triangles.len(),
-            prisms.len(),
-        );
-        prepared.parameters.depth = clamped as f32;
+/// [`Error::Object`] if the depth is below [`SHALLOWEST`].
+fn check_depth(scene: &Scene, object: &SceneObject, mesh: &Mesh, depth: f64) -> Result<(), Error> {
+    let least = SHALLOWEST * mesh.bounds.diagonal();
+    if depth >= least {
+        return Ok(());
     }
-    let (depth, least) = (
-        f64::from(prepared.parameters.depth),
-        SHALLOWEST * prepared.mesh.bounds.diagonal(),
+    Err(Error::Object {
+        scene: scene.path.clone(),
+        name: object.name.clone(),
+        problem: format!(
+            "the depth {depth:e} is too little for the accurate tier, which follows rays through depths from {least:.2e} on in a mesh of this size: write tier = \"fast\", which is as good there, or more depth"
+        ),
+    })
+}
+
+/// Tells where an object is less deep than asked for.
+fn tell_local_depth(object: &SceneObject, depth: f64, local_depth: Option<LocalDepth>) {
+    let Some(LocalDepth {
+        share,
+        least,
+        median,
+    }) = local_depth
+    else {
+        return;
+    };
+    tracing::warn!(
+        "object {:?}: the depth {depth:.6} is reduced over {:.2} % of the surface, to {median:.6} in half of it and to {least:.6} at least, since the mesh is too thin or too curved there",
+        object.name,
+        100.0 * share,
     );
-    if depth < least {
-        return Err(Error::Object {
-            scene: scene.path.clone(),
-            name: object.name.clone(),
-            problem: format!(
-                "the depth {depth:e} is too little for the accurate tier, which follows rays through depths from {least:.2e} on in a mesh of this size: write tier = \"fast\", which is as good there, or more depth"
-            ),
-        });
-    }
-    prepared.prisms = prepared.narrow_prisms(&prisms, origin);
-    Ok(())
 }

@@ -46,6 +46,9 @@ pub struct PreparedObject {
     pub parameters: Object,
     /// Its triangles, relative to the scene's origin.
     pub triangles: Vec<Triangle>,
+    /// The depth asked for, world units; that of `parameters` is less where there is
+    /// nowhere room for it.
+    pub depth: f64,
     /// Its prisms, one for each triangle; empty unless the tier is accurate.
     pub prisms: Vec<PrismData>,
     /// Its shape map; objects with the same pattern share it.
@@ -113,7 +116,8 @@ impl PreparedObject {
     /// accurate; `origin` is the scene's.
     pub fn all_prisms(&self, origin: DVec3) -> Cow<'_, [PrismData]> {
         if self.prisms.is_empty() {
-            Cow::Owned(self.narrow_prisms(&self.mesh.prisms(), origin))
+            let shell = self.mesh.shell(self.depth);
+            Cow::Owned(self.narrow_prisms(&shell.prisms, origin))
         } else {
             Cow::Borrowed(&self.prisms)
         }
@@ -124,6 +128,13 @@ impl PreparedObject {
     pub fn plain_map_bytes(&self) -> u64 {
         let side = |texels: u32| u64::from(texels) * u64::from(self.map_options.reduction);
         side(self.map.width()) * side(self.map.height()) * 2
+    }
+
+    /// Returns whether the depth is anywhere less than asked for.
+    pub fn reduces_depth(&self) -> bool {
+        let corners = || self.triangles.iter().flat_map(|triangle| triangle.corners);
+        self.depth > f64::from(self.parameters.depth)
+            || corners().any(|corner| corner.depth_reduction > 0.0)
     }
 
     /// Returns whether rays are followed through prisms.

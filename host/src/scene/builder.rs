@@ -162,9 +162,6 @@ setters! {
     map: MapOptions;
     /// Sets the depth of the floor, world units, > 0.
     depth: f64, Some;
-    /// Sets whether the accurate tier reduces a depth that the surface is too
-    /// curved for.
-    clamp_depth: bool;
     /// Sets the error budget, pixels, 0.01…100.
     budget: f64, Some;
     /// Sets the tolerance of the accurate tier, pixels, 0.0001…16.
@@ -181,6 +178,9 @@ setters! {
     self_shadow: bool;
     /// Sets texture coordinates in place of the mesh's own.
     projection: Projection, Some;
+    /// Sets the largest angle between two triangles whose edge is smooth where the
+    /// mesh has no normals, degrees, 0…180.
+    crease_angle: f64;
     /// Sets the luma below which a pixel is pattern, 1…255.
     threshold: u8;
     /// Sets whether the light pixels are the pattern.

@@ -178,7 +178,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
     key!(SceneObject, "repeat", repeat: [f64; 2], "Repeats of the pattern along u and v.")
         .range(1e-3, 1e5)
         .slider("Repeats along", 1.0, 64.0),
-    key!(SceneObject, "depth", depth: Option<f64>, "Depth of the floor below the surface.")
+    key!(SceneObject, "depth", depth: Option<f64>, "Depth of the floor below the surface; less where the mesh is too thin or too curved ([The carved object](object.md)).")
         .range(1e-9, 1e9)
         .unit("world units")
         .default("4 % of the mesh's diagonal"),
@@ -241,9 +241,6 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .when(is_accurate)
         .planned()
         .logarithmic_slider("Tolerance", TOLERANCES.0, TOLERANCES.1),
-    key!(SceneObject, "clamp_depth", clamp_depth: bool, "In the accurate tier, reduces a depth that the surface is too curved for, in place of an error.")
-        .when(is_accurate)
-        .planned(),
     key!(SceneObject, "slack", slack: f64, "Distance before the hit at which a search may end: saves the last and smallest steps. Not for the tier `paper` and `relief`.")
         .range(0.0, 16.0)
         .unit("px")
@@ -275,6 +272,10 @@ pub static OBJECT: &[Key<SceneObject>] = &[
     key!(SceneObject, "self_shadow", self_shadow: bool, "Lets columns cast shadows on the object they stand on."),
     key!(SceneObject, "projection", projection: Option<Projection>, "Texture coordinates in place of the mesh's own.")
         .default("the mesh's own"),
+    key!(SceneObject, "crease_angle", crease_angle: f64, "Largest angle between two triangles whose edge is smooth, where the mesh has no normals.")
+        .range(0.0, 180.0)
+        .unit("°")
+        .slider("Crease angle", 0.0, 180.0),
     key!(SceneObject, "threshold", threshold: u8, "Luma below which a pixel is pattern.")
         .range(1.0, 255.0)
         .logarithmic_slider("Threshold", 1.0, 255.0),

@@ -1,7 +1,7 @@
 //! Objects of a scene: a mesh, a pattern, and how one is wrapped around the other.
 
 use super::{Color, Search, Shape, Tier};
-use crate::mesh::{MeshSource, Projection};
+use crate::mesh::{DEFAULT_CREASE_ANGLE, MeshSource, Projection};
 use crate::shape_map::Storage;
 use relievo_shared::profile;
 use std::path::{Path, PathBuf};
@@ -120,9 +120,6 @@ pub struct SceneObject {
     pub repeat: [f64; 2],
     /// Depth S_z of the floor, world units; `None` is 4 % of the mesh's diagonal.
     pub depth: Option<f64>,
-    /// Whether the accurate tier reduces a depth that the surface is too curved
-    /// for, in place of an error.
-    pub clamp_depth: bool,
     /// Parameters of the extrusion.
     pub extrusion: Extrusion,
     /// How hits are searched for.
@@ -147,6 +144,9 @@ pub struct SceneObject {
     pub self_shadow: bool,
     /// Texture coordinates in place of the mesh's own.
     pub projection: Option<Projection>,
+    /// Largest angle between two triangles whose edge is smooth where the mesh has
+    /// no normals, degrees.
+    pub crease_angle: f64,
     /// Luma below which a pixel is pattern.
     pub threshold: u8,
     /// Whether the light pixels are the pattern.
@@ -174,7 +174,6 @@ impl Default for SceneObject {
             map: MapOptions::default(),
             repeat: [1.0; 2],
             depth: None,
-            clamp_depth: false,
             extrusion: Extrusion::default(),
             search: Search::default(),
             budget: None,
@@ -186,6 +185,7 @@ impl Default for SceneObject {
             cut_out: false,
             self_shadow: false,
             projection: None,
+            crease_angle: DEFAULT_CREASE_ANGLE,
             threshold: DEFAULT_THRESHOLD,
             invert: false,
             material: Material::default(),

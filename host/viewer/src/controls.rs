@@ -235,6 +235,7 @@ impl<'a> Controls<'a> {
             let own = (None, "the mesh's own");
             let all = std::iter::once(own).chain(projections);
             controls.choice("Texture coordinates", &mut object.projection, all);
+            controls.object_key("crease_angle", object);
             controls.object_key("scale", object);
             controls.parts("rotate", ["x", "y", "z"], &mut object.rotate);
         });
@@ -338,7 +339,6 @@ impl<'a> Controls<'a> {
         }
         if object.tier == Tier::Accurate {
             self.object_key("tolerance", object);
-            self.flag("Less depth where it bends", &mut object.clamp_depth);
         }
         if is_ours && object.tier != Tier::Paper {
             self.object_key("slack", object);

@@ -11,7 +11,7 @@ use crate::path::{Path, QuadraticPath};
 use crate::profile::Profile;
 use crate::shadow::{self, ShadowPoint};
 use crate::shape_map::{ShapeMap, Texels};
-use crate::surface::{Surface, interpolate, uv_bend};
+use crate::surface::{Surface, interpolate, local_depth, uv_bend};
 
 /// Where a ray enters the shell over a triangle.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +20,8 @@ pub struct TriangleEntry {
     pub surface: Surface,
     /// The ray inside the shell; its `enters` says whether it enters.
     pub path: QuadraticPath,
+    /// The local depth h, object units.
+    pub depth: Real,
 }
 
 /// A model over triangles: a path, and a search along it.
@@ -97,7 +99,8 @@ impl<M: OverTriangle> Model<Triangle> for M {
 
     #[inline]
     fn enter(ray: &Ray<'_>, triangle: &Triangle, facet: &FacetHit) -> (bool, TriangleEntry) {
-        let (direction, depth) = (ray.direction, ray.object.depth);
+        let direction = ray.direction;
+        let depth = local_depth(triangle, facet, ray.object.depth);
         let mut surface = interpolate(triangle, facet);
         let is_curved = M::is_curved(ray);
         if is_curved {
@@ -117,7 +120,12 @@ impl<M: OverTriangle> Model<Triangle> for M {
             check(path.bend);
             check(path.end());
         }
-        (path.enters, TriangleEntry { surface, path })
+        let entry = TriangleEntry {
+            surface,
+            path,
+            depth,
+        };
+        (path.enters, entry)
     }
 
     #[inline]
@@ -140,7 +148,7 @@ impl<M: OverTriangle> Model<Triangle> for M {
         SmoothSurface {
             surface: entry.surface,
             normal: entry.path.surface_normal(&entry.surface, ray.direction, *s),
-            depth: ray.object.depth,
+            depth: entry.depth,
         }
     }
 
@@ -163,6 +171,7 @@ impl<M: OverTriangle> Model<Triangle> for M {
                 class: traced.hit.class,
                 uv: traced.hit.uv,
                 depth_fraction: traced.hit.depth_fraction,
+                depth: surface.depth,
                 normal: normals.carved,
                 surface_normal: normals.smooth,
             },

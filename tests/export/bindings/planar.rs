@@ -119,6 +119,8 @@ pub struct PlanarCorner {
     pub gradient_u: [f32; 3],
     /// Gradient of v, orthogonal to the normal. In repeats / object unit.
     pub gradient_v: [f32; 3],
+    /// 1 - local depth / depth.
+    pub depth_reduction: f32,
 }
 
 /// One triangle of the planar tier.

@@ -72,7 +72,7 @@ struct Part {
 
 impl Part {
     fn new(prism: &MeshPrism, corners: [DVec2; 3]) -> Self {
-        let least = FOLDED * prism.area_normal().length();
+        let least = FOLDED * prism.least_share() * prism.area_normal().length();
         let (mut proven, mut met) = (f64::INFINITY, f64::INFINITY);
         for (i, row) in determinant(&prism.surface(), &prism.normal(), corners)
             .iter()

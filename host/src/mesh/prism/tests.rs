@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 use std::fmt::Write;
 use std::path::Path;
 
-use glam::DVec2;
+use glam::{DVec2, Vec3Swizzles};
 
 use super::super::MeshOptions;
 use super::*;
@@ -387,4 +387,202 @@ fn the_largest_depth_is_the_least_radius_of_curvature() {
     let mut folded = asset("torus").prisms()[0];
     folded.normal = folded.normal.map(|n| -n);
     assert_eq!(folded.largest_depth(), 0.0);
+}
+
+/// Asserts that no prism of a mesh's shell folds, and that they meet.
+fn assert_unfolded(mesh: &Mesh, depth: f64) -> Shell {
+    let shell = mesh.shell(depth);
+    for (index, prism) in shell.prisms.iter().enumerate() {
+        assert!(
+            prism
+                .shares
+                .iter()
+                .all(|share| *share > 0.0 && *share <= 1.0)
+        );
+        assert!(prism.largest_depth() > shell.depth, "triangle {index}");
+        assert!(prism.normal.iter().all(|n| n.is_finite()));
+    }
+    assert!(shell.depth <= depth);
+    let gap = widest_gap(&shell.prisms, shell.depth);
+    assert!(gap < 1e-12 * mesh.bounds.diagonal(), "{gap:e}");
+    shell
+}
+
+#[test]
+fn where_nothing_limits_the_depth_the_shell_is_the_prisms() {
+    for (mesh, depth) in [
+        (asset("torus"), 0.19),
+        (asset("blob"), 0.08),
+        (asset("plane"), 10.0),
+        (asset("saddle"), 0.1),
+        (cube(false), 0.4),
+    ] {
+        let shell = assert_unfolded(&mesh, depth);
+        assert_eq!(shell.prisms, mesh.prisms());
+        assert_eq!((shell.local_depth, shell.depth), (None, depth));
+    }
+}
+
+#[test]
+fn the_local_depth_ends_where_prisms_would_fold() {
+    // The tube's radius of 0.4, and half of what is left to the opposite wall.
+    let torus = asset("torus");
+    for depth in [0.45, 1.0, 100.0] {
+        let shell = assert_unfolded(&torus, depth);
+        let LocalDepth {
+            share,
+            least,
+            median,
+        } = shell.local_depth.unwrap();
+        assert!((share - 1.0).abs() < 1e-12, "{share}");
+        assert!((0.3..0.4).contains(&least), "{least}");
+        assert!((0.3..0.401).contains(&median), "{median}");
+        assert_eq!(count_links(&shell.prisms).1, 0);
+    }
+}
+
+/// A square plate from z = 0 to `thickness`, with `count` squares along each side.
+fn plate(count: usize, thickness: f64) -> Mesh {
+    let mut positions = Vec::new();
+    let mut triangles = Vec::new();
+    let side = count + 1;
+    for layer in 0..2 {
+        for i in 0..side * side {
+            let [x, y] = [i % side, i / side].map(|at| at as f64 / count as f64);
+            positions.push(DVec3::new(x, y, thickness * layer as f64));
+        }
+    }
+    let top = side * side;
+    let mut quad = |a: usize, b: usize, c: usize, d: usize| {
+        triangles.extend([[a, b, c], [a, c, d]]);
+    };
+    for i in 0..count * count {
+        let at = i % count + i / count * side;
+        quad(top + at, top + at + 1, top + at + side + 1, top + at + side);
+        quad(at, at + side, at + side + 1, at + 1);
+    }
+    for i in 0..count {
+        let rims = [
+            [i, i + 1],
+            [count * side + i + 1, count * side + i],
+            [(i + 1) * side, i * side],
+            [i * side + count, (i + 1) * side + count],
+        ];
+        for [a, b] in rims {
+            quad(a, b, top + b, top + a);
+        }
+    }
+    mesh(&positions, &triangles, |index, _| {
+        let faces = 4 * count * count;
+        if index >= faces {
+            let [a, b, c] = triangles[index].map(|i| positions[i]);
+            (b - a).cross(c - a)
+        } else if index % 4 < 2 {
+            DVec3::Z
+        } else {
+            -DVec3::Z
+        }
+    })
+}
+
+#[test]
+fn opposite_floors_meet_in_the_middle() {
+    let plate = plate(8, 0.1);
+    let shell = assert_unfolded(&plate, 0.3);
+    let mut met: f64 = 0.0;
+    for (prism, triangle) in shell.prisms.iter().zip(&plate.triangles) {
+        let up = triangle.corners[0].normal.z;
+        for (w, _) in samples(9).filter(|_| up.abs() > 0.5) {
+            let floor = point(prism, w, shell.depth).z;
+            let past = up * (0.05 - floor);
+            assert!(past < 1e-12, "{past:e}");
+            met = met.max(floor.min(0.1 - floor));
+        }
+    }
+    assert!((met - 0.05).abs() < 1e-12, "{met}");
+    // A thicker one has all of the depth, but triangles at the rim fold where they
+    // are as deep as wide.
+    assert_eq!(self::plate(2, 1.0).shell(0.3).local_depth, None);
+    assert!(self::plate(8, 1.0).shell(0.3).local_depth.is_some());
+}
+
+#[test]
+fn no_mesh_is_too_bad_for_a_shell() {
+    let noise = |seed: f64| {
+        move |position: DVec3| {
+            let mix = |v: DVec3| (43758.5453 * (v.dot(DVec3::new(12.9, 78.2, seed))).sin()).fract();
+            DVec3::new(mix(position), mix(position.zxy()), mix(position.yzx()))
+        }
+    };
+    // A rough sphere, and one with normals in any direction.
+    let mut rough = sphere(24);
+    for triangle in &mut rough.triangles {
+        for corner in &mut triangle.corners {
+            let position = corner.position;
+            corner.position += 0.1 * noise(3.0)(position);
+        }
+    }
+    let mut random = sphere(12);
+    for triangle in &mut random.triangles {
+        for corner in &mut triangle.corners {
+            corner.normal = (noise(5.0)(corner.position) + 0.01).normalize();
+        }
+    }
+    // Two cubes that share an edge, and two that share a corner.
+    let two_cubes = |shift: DVec3| {
+        let one = cube(false);
+        let mut both = one.clone();
+        for mut triangle in one.triangles.iter().copied() {
+            for corner in &mut triangle.corners {
+                corner.position += shift;
+                let known = one.triangles.iter().flat_map(|triangle| triangle.corners);
+                let same = known
+                    .filter(|other| other.position == corner.position)
+                    .map(|other| other.position_index)
+                    .next();
+                corner.position_index = same.unwrap_or(corner.position_index + 8);
+            }
+            both.triangles.push(triangle);
+        }
+        both
+    };
+    let by_edge = two_cubes(DVec3::new(2.0, 2.0, 0.0));
+    let by_corner = two_cubes(DVec3::splat(2.0));
+    for mesh in [&rough, &random, &by_edge, &by_corner] {
+        for depth in [0.01, 0.3, 5.0] {
+            assert_unfolded(mesh, depth);
+        }
+    }
+    assert!(rough.shell(5.0).local_depth.is_some());
+}
+
+#[test]
+fn the_local_depth_changes_slowly() {
+    // A plate that is thin at one place only.
+    let mut dented = plate(16, 1.0);
+    let is_dent = |p: DVec3| p.z > 0.5 && p.distance(DVec3::new(0.5, 0.5, 1.0)) < 1e-9;
+    for triangle in &mut dented.triangles {
+        for corner in &mut triangle.corners {
+            if is_dent(corner.position) {
+                corner.position.z = 0.02;
+            }
+        }
+    }
+    let shell = assert_unfolded(&dented, 0.05);
+    let reduced = shell.local_depth.unwrap();
+    assert!(reduced.share < 0.1 && reduced.least < 0.011, "{reduced:?}");
+    for (prism, triangle) in shell.prisms.iter().zip(&dented.triangles) {
+        let depth = |i: usize| shell.depth * prism.normal().at(quadratic::WHOLE[i]).length();
+        for (a, b) in [(0, 1), (1, 2), (2, 0)] {
+            let [p, q] = [a, b].map(|i| triangle.corners[i].position);
+            let is_flat = |p: DVec3| {
+                p.z.min(1.0 - p.z) < 1e-9 && p.x.min(1.0 - p.x).min(p.y.min(1.0 - p.y)) > 0.01
+            };
+            // N is longer at the rim and in the dent.
+            if is_flat(p) && is_flat(q) && !is_dent(p) {
+                let change = (depth(a) - depth(b)).abs();
+                assert!(change <= 0.51 * p.distance(q), "{change} {p} {q}");
+            }
+        }
+    }
 }

@@ -103,11 +103,7 @@ fn mistakes_name_line_and_key() {
             "no relief mapping",
         ),
         (object("tolerance = 0.1"), "line 4", "accurate"),
-        (
-            object("tier = \"fast\"\nclamp_depth = true"),
-            "line 5",
-            "accurate",
-        ),
+        (object("crease_angle = 181"), "line 4", "crease_angle"),
         (
             object("tier = \"accurate\"\ntolerance = 0"),
             "line 5",

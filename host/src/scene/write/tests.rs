@@ -94,14 +94,14 @@ fn searched() -> impl Strategy<Value = SceneObject> {
     let rest = (
         prop::sample::select(&Tier::ALL[..]),
         prop::option::of(number(0.01, 100.0)),
-        any::<[bool; 2]>(),
+        any::<bool>(),
         prop::sample::select(vec![Storage::R8, Storage::R16, Storage::R32F]),
         0..=12_u32,
     );
     (parameters, effort, rest).prop_map(move |(parameters, effort, rest)| {
         let (technique, extension, bevel, chamfer) = parameters;
         let (steps, bisections, tolerance, slack) = effort;
-        let (tier, budget, [uses_default, clamp_depth], storage, reduction) = rest;
+        let (tier, budget, uses_default, storage, reduction) = rest;
         let is_relief = technique == 4;
         let mut object = plain.clone();
         object.search = if is_relief {
@@ -130,7 +130,7 @@ fn searched() -> impl Strategy<Value = SceneObject> {
             object.extrusion.extension = object.extrusion.extension.abs();
         }
         if object.tier == Tier::Accurate {
-            (object.tolerance, object.clamp_depth) = (tolerance, clamp_depth);
+            object.tolerance = tolerance;
         }
         if object.tier != Tier::Paper && !is_relief {
             object.slack = slack;
@@ -161,6 +161,7 @@ fn object() -> impl Strategy<Value = SceneObject> {
     let pattern = (
         prop::option::of(8..=32_768_u32),
         prop::option::of(prop::sample::select(&Projection::ALL[..])),
+        number(0.0, 180.0),
         1..=255_u8,
         any::<[bool; 3]>(),
     );
@@ -172,7 +173,8 @@ fn object() -> impl Strategy<Value = SceneObject> {
     (searched(), names, placed, pattern, material).prop_map(
         |(searched, (name, mesh, shape), placed, pattern, material)| {
             let (repeat, depth, scale, rotate, translate) = placed;
-            let (raster, projection, threshold, [cut_out, self_shadow, invert]) = pattern;
+            let (raster, projection, crease_angle, threshold, [cut_out, self_shadow, invert]) =
+                pattern;
             let ([cap, wall, bevel, floor], specular, shininess) = material;
             let mesh = MeshSource::File(mesh);
             SceneObject {
@@ -185,6 +187,7 @@ fn object() -> impl Strategy<Value = SceneObject> {
                 cut_out,
                 self_shadow,
                 projection,
+                crease_angle,
                 threshold,
                 invert,
                 scale,
@@ -283,7 +286,7 @@ fn files_are_named_from_the_new_folder() {
 
 #[test]
 fn a_budget_that_is_set_is_written() {
-    let text = "[[object]]\nmesh = 'a'\nshape = 'b'\ntier = 'accurate'\ntolerance = 1.0\nclamp_depth = true\n";
+    let text = "[[object]]\nmesh = 'a'\nshape = 'b'\ntier = 'accurate'\ntolerance = 1.0\n";
     let mut scene = Scene::parse(text, Path::new("some/a.toml")).unwrap();
     scene.set_budget(Some(0.5));
     assert_same(&again(&scene, "some"), &scene);

@@ -288,6 +288,7 @@ fn shadow(rng: &mut Rng, slope: f64) -> Sample {
         class: CLASS_FLOOR,
         uv,
         depth_fraction,
+        depth: object.depth,
         normal: Vec3::Z,
         surface_normal: Vec3::Z,
     };
@@ -298,6 +299,7 @@ fn shadow(rng: &mut Rng, slope: f64) -> Sample {
         class: CLASS_FLOOR,
         uv: uv.as_dvec2(),
         depth_fraction: f64::from(depth_fraction),
+        depth: wide.depth,
         normal: glam::DVec3::Z,
         surface_normal: glam::DVec3::Z,
     };

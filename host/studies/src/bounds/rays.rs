@@ -311,6 +311,7 @@ fn curved(rng: &mut Rng, angle: f64, part: Part) -> Sample {
             quadric: [0.5 * angle as f32 * size as f32, 0.0, 0.5 * angle as f32],
             gradient_u: (flat(tangent) * size).as_vec3().to_array(),
             gradient_v: (flat(bitangent) * size).as_vec3().to_array(),
+            depth_reduction: 0.0,
         }
     });
     let triangle = Triangle {

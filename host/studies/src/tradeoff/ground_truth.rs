@@ -57,12 +57,12 @@ mod infinite {
 pub struct Finest {
     scene: PreparedScene,
     /// Reason why the accurate tier cannot draw it, if so.
-    pub folded: Option<String>,
+    pub refused: Option<String>,
 }
 
 impl Finest {
-    /// Prepares `subject`. If its surface bends too much for the accurate tier,
-    /// only the oracle's prisms are available.
+    /// Prepares `subject`. If its depth is too little for the accurate tier, only the
+    /// oracle's prisms are available.
     ///
     /// # Errors
     /// [`Error`] if no tier can draw it.
@@ -74,7 +74,7 @@ impl Finest {
         match prepare(&scene, &|_| ()) {
             Ok(scene) => Ok(Finest {
                 scene,
-                folded: None,
+                refused: None,
             }),
             Err(error @ Error::Object { .. }) => {
                 for object in &mut scene.objects {
@@ -82,17 +82,11 @@ impl Finest {
                 }
                 Ok(Finest {
                     scene: prepare(&scene, &|_| ())?,
-                    folded: Some(error.to_string()),
+                    refused: Some(error.to_string()),
                 })
             }
             Err(error) => Err(error),
         }
-    }
-
-    /// Returns the depth of each object, world units.
-    pub fn depths(&self) -> impl Iterator<Item = f64> {
-        let objects = self.scene.objects.iter();
-        objects.map(|object| f64::from(object.parameters.depth))
     }
 }
 
@@ -101,7 +95,7 @@ pub struct GroundTruth<'a> {
     oracle: Remembered<MeshOracle<'a>>,
     scene: &'a PreparedScene,
     truth: Truth,
-    /// `None` if the surface bends too much for the accurate tier.
+    /// `None` if the accurate tier cannot draw it.
     picture: Option<Picture>,
 }
 
@@ -113,7 +107,7 @@ impl<'a> GroundTruth<'a> {
     pub fn new(finest: &'a Finest) -> Result<GroundTruth<'a>, Error> {
         let scene = &finest.scene;
         let oracle = Remembered::new(MeshOracle::new(scene));
-        let picture = match finest.folded {
+        let picture = match finest.refused {
             None => {
                 let factor = scene.supersampling;
                 let words = CpuRenderer::new(scene).color(&scene.frame_with_samples(factor))?;

@@ -248,8 +248,7 @@ impl Report {
         if self.rows.iter().all(|row| row.measured.flip.is_none()) {
             writeln!(
                 out,
-                "- The FLIP difference: without the accurate tier there is no picture to compare with. \
-                 The oracle's prisms are folded in places as well, where its results are unreliable."
+                "- The FLIP difference: without the accurate tier there is no picture to compare with."
             )?;
         }
         Ok(())

@@ -85,11 +85,10 @@ pub fn sweep(
     let start = 1.0 - missing.len() as f64 / own.len() as f64;
     progress("preparing the truth".to_string(), start);
     let finest = Finest::new(subject)?;
-    let subject = at_depths(subject, &finest);
     let truth = GroundTruth::new(&finest)?;
 
     progress("preparing the reference".to_string(), start);
-    let reference_scene = prepare(&subject.with(&reference(&subject)), &|_| ())?;
+    let reference_scene = prepare(&subject.with(&reference(subject)), &|_| ())?;
     let mut references: BTreeMap<Class, Reference<'_>> = BTreeMap::new();
     for &rendering in &header.renderings {
         if let std::collections::btree_map::Entry::Vacant(place) =
@@ -119,7 +118,7 @@ pub fn sweep(
             .as_ref()
             .is_none_or(|(settings, _)| *settings != variant.settings)
         {
-            prepared = Some((variant.settings, prepare_variant(&subject, variant)?));
+            prepared = Some((variant.settings, prepare_variant(subject, variant)?));
         }
         let outcome = match &prepared {
             Some((_, Err(reason))) => Outcome::LeftOut(reason.clone()),
@@ -163,20 +162,6 @@ pub(super) fn own_variants(subject: &Subject, header: &Header) -> Vec<Variant> {
 pub(super) fn all_variants(subject: &Subject, header: &Header) -> Vec<Variant> {
     let grid: Grid = header.grid;
     variants(subject, grid, &header.renderings)
-}
-
-/// Returns the subject with the truth's depth where the accurate tier clamps
-/// it, so that all tiers draw the same depth.
-fn at_depths(subject: &Subject, finest: &Finest) -> Subject {
-    let mut subject = subject.clone();
-    if finest.folded.is_none() {
-        for (object, depth) in subject.scene.objects.iter_mut().zip(finest.depths()) {
-            if object.clamp_depth {
-                object.depth = Some(depth);
-            }
-        }
-    }
-    subject
 }
 
 /// Prepares the scene of `variant`, or returns why it cannot be drawn.

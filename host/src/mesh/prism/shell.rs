@@ -1,0 +1,397 @@
+//! The shell of a mesh: its prisms, as deep as there is room.
+
+use std::collections::BinaryHeap;
+
+use rayon::prelude::*;
+
+use super::{Bend, MeshPrism, Parts, clearance};
+use crate::mesh::surface::area_normal;
+use crate::mesh::triangles::Mesh;
+use glam::DVec3;
+use relievo_shared::layout::NO_NEIGHBOUR;
+
+/// Largest change of the local depth along an edge, as a share of its length.
+const SLOPE: f64 = 0.5;
+
+/// Share of the depth at which a prism would fold that it is given.
+const KEPT: f64 = 0.9;
+
+/// The most by which a round reduces the local depth of a prism that folds.
+const LEAST_FACTOR: f64 = 0.5;
+
+/// Rounds after which prisms that still fold are straightened.
+const ROUNDS: usize = 24;
+
+/// The least local depth as a share of the mesh's diagonal. Below it the rounding
+/// of δ shows, and rays get lost.
+pub(crate) const SHALLOWEST: f64 = 3e-5;
+
+/// The curved prisms of a mesh for a depth S_z, with a *local depth* h ≤ S_z at
+/// every position (section 6 of docs/algorithm.md).
+///
+/// h is at most half the way to the opposite wall, so that opposite floors do not
+/// meet, and 90 % of the depth at which a prism folds. It changes by at most half
+/// an edge's length along the edge. It is S_z where nothing limits it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shell {
+    /// The largest local depth, in object units: the depth asked for, or less where it
+    /// is reduced everywhere. The prisms are that deep.
+    pub depth: f64,
+    /// The prisms, one for each triangle. None folds at depths up to `depth`.
+    pub prisms: Vec<MeshPrism>,
+    /// Where the local depth is less than S_z; `None` if it is so nowhere.
+    pub local_depth: Option<LocalDepth>,
+}
+
+/// How far the local depth of a [`Shell`] is less than the object's.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalDepth {
+    /// Share of the area of triangles with a reduced depth at a corner, 0 to 1.
+    pub share: f64,
+    /// The least local depth, in object units.
+    pub least: f64,
+    /// The median of the local depth over the reduced area, in object units.
+    pub median: f64,
+}
+
+impl Mesh {
+    /// Computes the shell for a `depth` > 0, in object units.
+    ///
+    /// ```
+    /// use relievo::mesh::{Mesh, MeshData, MeshOptions, Projection};
+    ///
+    /// // A plate, 0.1 thick.
+    /// let corner = |i: u32| [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
+    /// let positions = (0..8).map(corner).map(|[x, y, z]| [x, y, 0.1 * z]);
+    /// let quads = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+    /// let triangles = quads.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).concat();
+    /// let data = MeshData::new("plate", positions.collect::<Vec<_>>(), triangles);
+    /// let options = MeshOptions { projection: Some(Projection::Spherical), ..Default::default() };
+    /// let plate = Mesh::from_data(&data, &options)?;
+    ///
+    /// assert!(plate.shell(0.04).local_depth.is_none());
+    /// let reduced = plate.shell(0.2).local_depth.unwrap();
+    /// assert_eq!(reduced.share, 1.0);
+    /// assert!((reduced.median - 0.05).abs() < 1e-9);
+    /// # Ok::<(), relievo::mesh::MeshError>(())
+    /// ```
+    pub fn shell(&self, depth: f64) -> Shell {
+        let mut parts = Parts::new(&self.triangles);
+        let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
+        let count = corners
+            .map(|corner| corner.position_index as usize + 1)
+            .max();
+        let count = count.unwrap_or(0);
+        let least = (SHALLOWEST * self.bounds.diagonal()).min(depth);
+        let mut field = Field {
+            depths: clearance::depths(&parts, &self.bounds, count, depth),
+            edges: Vec::new(),
+            depth,
+            least,
+        };
+        let indices: Vec<usize> = (0..count).collect();
+        field.smooth(&self.triangles, &indices);
+        unfold(&mut parts, &mut field);
+        let local_depth = field.report(self);
+        let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
+        let depths = corners.map(|corner| field.depths[corner.position_index as usize]);
+        field.depth = depths.fold(least, f64::max);
+        let prisms: Vec<MeshPrism> = (0..self.triangles.len())
+            .into_par_iter()
+            .map(|index| parts.prism(index, field.shares(&parts, index)))
+            .collect();
+        Shell {
+            depth: field.depth,
+            prisms,
+            local_depth,
+        }
+    }
+}
+
+/// The local depth at every welded position.
+struct Field {
+    depths: Vec<f64>,
+    /// Positions at the ends of every edge in both directions, and its length;
+    /// sorted, and empty until needed.
+    edges: Vec<(u32, u32, f64)>,
+    /// The largest and the least depth allowed.
+    depth: f64,
+    least: f64,
+}
+
+/// A position to spread a depth from; the least depth comes first.
+#[derive(PartialEq)]
+struct Reached {
+    depth: f64,
+    position: u32,
+}
+
+impl Eq for Reached {}
+
+impl Ord for Reached {
+    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
+        let by_depth = other.depth.total_cmp(&self.depth);
+        by_depth.then(other.position.cmp(&self.position))
+    }
+}
+
+impl PartialOrd for Reached {
+    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl Field {
+    /// Returns the local depths at a triangle's corners as shares of the depth.
+    fn shares(&self, parts: &Parts<'_>, index: usize) -> [f64; 3] {
+        parts.triangles[index].corners.map(|corner| {
+            let depth = self.depths[corner.position_index as usize];
+            (depth / self.depth).min(1.0)
+        })
+    }
+
+    /// Limits the slope around `positions`, whose depth has been reduced. Returns
+    /// the positions whose depth this reduces.
+    fn smooth(&mut self, triangles: &[super::MeshTriangle], positions: &[usize]) -> Vec<usize> {
+        for &position in positions {
+            self.depths[position] = self.depths[position].clamp(self.least, self.depth);
+        }
+        let reduced = positions.iter().filter(|p| self.depths[**p] < self.depth);
+        let mut heap: BinaryHeap<Reached> = reduced
+            .map(|&position| Reached {
+                depth: self.depths[position],
+                position: position as u32,
+            })
+            .collect();
+        if heap.is_empty() {
+            return Vec::new();
+        }
+        if self.edges.is_empty() {
+            self.edges = edges(triangles);
+        }
+        let mut changed = Vec::new();
+        while let Some(Reached { depth, position }) = heap.pop() {
+            if depth > self.depths[position as usize] {
+                continue;
+            }
+            let start = self.edges.partition_point(|edge| edge.0 < position);
+            for &(from, to, length) in &self.edges[start..] {
+                if from != position {
+                    break;
+                }
+                let limit = depth + SLOPE * length;
+                if limit < self.depths[to as usize] {
+                    self.depths[to as usize] = limit;
+                    changed.push(to as usize);
+                    heap.push(Reached {
+                        depth: limit,
+                        position: to,
+                    });
+                }
+            }
+        }
+        changed
+    }
+
+    fn report(&self, mesh: &Mesh) -> Option<LocalDepth> {
+        // Least and mean local depth, and the area.
+        let mut reduced: Vec<[f64; 3]> = mesh
+            .triangles
+            .iter()
+            .filter_map(|triangle| {
+                let corners = triangle.corners;
+                let depths = corners.map(|corner| self.depths[corner.position_index as usize]);
+                let least = depths.into_iter().fold(f64::INFINITY, f64::min);
+                let area = area_normal(corners.map(|corner| corner.position)).length();
+                let mean = depths.iter().sum::<f64>() / 3.0;
+                (least < self.depth).then_some([mean, least, area])
+            })
+            .collect();
+        reduced.sort_by(|a, b| a[0].total_cmp(&b[0]));
+        let area: f64 = reduced.iter().map(|[_, _, area]| area).sum();
+        let mut left = 0.5 * area;
+        let [median, ..] = reduced.iter().find(|[_, _, area]| {
+            left -= area;
+            left <= 0.0
+        })?;
+        let all = mesh.triangles.iter();
+        let all = all.map(|triangle| triangle.corners.map(|corner| corner.position));
+        let whole: f64 = all.map(|corners| area_normal(corners).length()).sum();
+        let least = reduced.iter().map(|[_, least, _]| *least);
+        Some(LocalDepth {
+            share: (area / whole).min(1.0),
+            least: least.fold(f64::INFINITY, f64::min),
+            median: *median,
+        })
+    }
+}
+
+/// Returns every edge in both directions, with its length, sorted.
+fn edges(triangles: &[super::MeshTriangle]) -> Vec<(u32, u32, f64)> {
+    let mut edges: Vec<(u32, u32, f64)> = triangles
+        .par_iter()
+        .flat_map_iter(|triangle| {
+            [0, 1, 2].into_iter().flat_map(|corner| {
+                let [a, b] = [corner, (corner + 1) % 3].map(|i| &triangle.corners[i]);
+                let length = a.position.distance(b.position);
+                let (a, b) = (a.position_index, b.position_index);
+                [(a, b, length), (b, a, length)]
+            })
+        })
+        .collect();
+    edges.par_sort_unstable_by_key(|&(from, to, _)| (from, to));
+    edges.dedup_by_key(|&mut (from, to, _)| (from, to));
+    edges
+}
+
+/// Reduces the local depth until no prism folds.
+///
+/// A prism that folds however thin it is gets flat: first its surface loses its
+/// bends, then it stands alone, with its facet's normal.
+fn unfold(parts: &mut Parts<'_>, field: &mut Field) {
+    let at_position = triangles_at(parts, field.depths.len());
+    let mut suspects: Vec<usize> = (0..parts.triangles.len()).collect();
+    for round in 0.. {
+        let folding: Vec<(usize, f64)> = suspects
+            .par_iter()
+            .filter_map(|&index| {
+                let prism = parts.prism(index, field.shares(parts, index));
+                // Most prisms are far from folding: the first test is cheap.
+                let folds =
+                    prism.safe_depth() <= field.depth && { prism.largest_depth() <= field.depth };
+                folds.then(|| (index, prism.largest_depth()))
+            })
+            .collect();
+        if folding.is_empty() {
+            return;
+        }
+        let mut reduced = Vec::new();
+        let mut flattened = Vec::new();
+        for (index, largest) in folding {
+            let positions = parts.triangles[index]
+                .corners
+                .map(|c| c.position_index as usize);
+            let is_least = positions.iter().all(|p| field.depths[*p] <= field.least);
+            if largest > 0.0 && !is_least && round < ROUNDS {
+                let factor = (KEPT * largest / field.depth).max(LEAST_FACTOR);
+                reduced.extend(positions.map(|position| (position, factor)));
+            } else if !parts.straighten(index, &at_position, &mut flattened) {
+                parts.set_apart(index, &mut flattened);
+            }
+        }
+        // A position is reduced once, by the triangle that needs it most.
+        reduced.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        reduced.dedup_by_key(|(position, _)| *position);
+        let mut changed: Vec<usize> = reduced.iter().map(|(position, _)| *position).collect();
+        for (position, factor) in reduced {
+            field.depths[position] *= factor;
+        }
+        changed.extend(field.smooth(parts.triangles, &changed));
+        suspects = changed
+            .into_iter()
+            .flat_map(|position| at_position.of(position))
+            .map(|index| *index as usize)
+            .chain(flattened)
+            .collect();
+        suspects.sort_unstable();
+        suspects.dedup();
+    }
+}
+
+/// The triangles at each position.
+struct AtPosition {
+    /// Where those of a position start.
+    starts: Vec<u32>,
+    triangles: Vec<u32>,
+}
+
+impl AtPosition {
+    fn of(&self, position: usize) -> &[u32] {
+        let [start, end] = [0, 1].map(|i| self.starts[position + i] as usize);
+        &self.triangles[start..end]
+    }
+}
+
+fn triangles_at(parts: &Parts<'_>, count: usize) -> AtPosition {
+    let corners = || {
+        parts
+            .triangles
+            .iter()
+            .enumerate()
+            .flat_map(|(index, triangle)| {
+                triangle
+                    .corners
+                    .map(|c| (c.position_index as usize, index as u32))
+            })
+    };
+    let mut starts = vec![0; count + 1];
+    for (position, _) in corners() {
+        starts[position + 1] += 1;
+    }
+    for position in 0..count {
+        starts[position + 1] += starts[position];
+    }
+    let mut next = starts.clone();
+    let mut triangles = vec![0; 3 * parts.triangles.len()];
+    for (position, index) in corners() {
+        triangles[next[position] as usize] = index;
+        next[position] += 1;
+    }
+    AtPosition { starts, triangles }
+}
+
+impl Parts<'_> {
+    /// Removes the bends of the surface along the edges of a triangle, for all
+    /// triangles there. Returns whether there were any, and adds the triangles that
+    /// change.
+    fn straighten(
+        &mut self,
+        index: usize,
+        at_position: &AtPosition,
+        changed: &mut Vec<usize>,
+    ) -> bool {
+        let vertices = self.triangles[index].corners.map(|c| c.position_index);
+        let mut was_bent = false;
+        for opposite in 0..3 {
+            let [start, end] = [1, 2].map(|i| vertices[(opposite + i) % 3]);
+            for &other in at_position.of(start as usize) {
+                let corners = self.triangles[other as usize].corners;
+                let third = corners
+                    .iter()
+                    .position(|c| c.position_index != start && c.position_index != end);
+                let has_edge = corners.iter().any(|c| c.position_index == end);
+                let Some(third) = third.filter(|_| has_edge) else {
+                    continue;
+                };
+                let bend = &mut self.bends[3 * other as usize + third].surface;
+                if *bend != DVec3::ZERO {
+                    *bend = DVec3::ZERO;
+                    was_bent = true;
+                    changed.push(other as usize);
+                }
+            }
+        }
+        was_bent
+    }
+
+    /// Gives a triangle a straight prism along its own normal, which no neighbour
+    /// shares and which does not fold. Adds it to `changed`, unless it has one.
+    fn set_apart(&mut self, index: usize, changed: &mut Vec<usize>) {
+        let corners = self.triangles[index].corners.map(|corner| corner.position);
+        let normal = area_normal(corners).normalize();
+        let sides = 3 * index..3 * index + 3;
+        if self.normals[sides.clone()] == [normal; 3] {
+            return;
+        }
+        for side in sides {
+            let neighbour = self.bends[side].neighbour;
+            if neighbour != NO_NEIGHBOUR {
+                let other = 3 * (neighbour >> 2) + (neighbour & 3);
+                self.bends[other as usize].neighbour = NO_NEIGHBOUR;
+            }
+            self.bends[side] = Bend::STRAIGHT;
+            self.normals[side] = normal;
+        }
+        changed.push(index);
+    }
+}

@@ -1,0 +1,79 @@
+//! The local depths of the meshes of a scene: each is found once.
+
+use std::sync::Arc;
+
+use crate::mesh::{LocalDepth, Mesh, Shell};
+
+/// Smaller reductions are rounding errors.
+const SMALLEST: f64 = 1e-6;
+
+/// The local depth of a mesh.
+pub(super) struct MeshShell {
+    /// Largest local depth, object units.
+    pub depth: f64,
+    /// Reductions at the corners of each triangle, as in
+    /// [`Corner::depth_reduction`](relievo_shared::layout::Corner::depth_reduction);
+    /// empty if there are none.
+    pub reductions: Vec<[f32; 3]>,
+    /// Where it is less than asked for.
+    pub local_depth: Option<LocalDepth>,
+}
+
+/// A mesh, the depth asked for, and the local depth.
+type Known = (Arc<Mesh>, f64, Arc<MeshShell>);
+
+/// Local depths by mesh and depth asked for.
+#[derive(Default)]
+pub(super) struct Shells {
+    /// Those that the scene uses.
+    used: Vec<Known>,
+    /// Those that the scene before used.
+    before: Vec<Known>,
+}
+
+impl Shells {
+    /// Returns them for the next scene, without those that this one did not use.
+    pub fn for_next(self) -> Shells {
+        Shells {
+            used: Vec::new(),
+            before: self.used,
+        }
+    }
+
+    /// Returns the local depth of `mesh` for `depth`, object units.
+    pub fn of(&mut self, mesh: &Arc<Mesh>, depth: f64) -> Arc<MeshShell> {
+        let is_it = |(known, its, _): &&Known| Arc::ptr_eq(known, mesh) && *its == depth;
+        if let Some((_, _, shell)) = self.used.iter().find(is_it) {
+            return shell.clone();
+        }
+        let before = self.before.iter().find(is_it);
+        let known = before.cloned().unwrap_or_else(|| {
+            let shell = MeshShell::new(&mesh.shell(depth));
+            (mesh.clone(), depth, Arc::new(shell))
+        });
+        let shell = known.2.clone();
+        self.used.push(known);
+        shell
+    }
+}
+
+impl MeshShell {
+    /// Keeps what all tiers read of a shell.
+    pub fn new(shell: &Shell) -> MeshShell {
+        let reduction = |share: f64| {
+            let reduction = 1.0 - share;
+            if reduction < SMALLEST {
+                0.0
+            } else {
+                reduction as f32
+            }
+        };
+        let is_reduced = shell.prisms.iter().any(|prism| prism.shares != [1.0; 3]);
+        let reduced = shell.prisms.iter().filter(|_| is_reduced);
+        MeshShell {
+            depth: shell.depth,
+            reductions: reduced.map(|prism| prism.shares.map(reduction)).collect(),
+            local_depth: shell.local_depth,
+        }
+    }
+}
