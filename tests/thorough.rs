@@ -14,6 +14,7 @@ mod export;
 mod extremes;
 mod naive;
 mod precision;
+mod real;
 mod sources;
 mod specialization;
 mod structure;

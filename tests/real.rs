@@ -1,0 +1,212 @@
+//! Meshes that nobody here made: every OBJ and glTF file of Debian's packages
+//! assimp-testmodels and glmark2-data, in every tier.
+
+use rayon::prelude::*;
+use relievo::mesh::{Mesh, MeshOptions, MeshSource, Projection};
+use relievo::prepare::prepare;
+use relievo::render::gpu::{Choice, Shaders};
+use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::scene::{Scene, Tier};
+use relievo_shared::normals::CLASS_MISS;
+use relievo_tests::{asset, every_adapter};
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+/// Folders of the packages.
+const FOLDERS: [&str; 2] = ["/usr/share/assimp/models", "/usr/share/glmark2/models"];
+
+/// The meshes with figures in docs/measurements.md.
+const NAMED: [&str; 5] = [
+    "bunny.obj",
+    "spider.obj",
+    "WusonOBJ.obj",
+    "2CylinderEngine.glb",
+    "ClearCoatTest.gltf",
+];
+
+/// Files that cannot be drawn: part of the name, and of the error.
+const FAULTS: [(&str, &str); 20] = [
+    (
+        "/OBJ/number_formats.obj",
+        "`3.1+e2` in vertex 8 is not a number",
+    ),
+    ("/OBJ/point_cloud.obj", "has no faces"),
+    ("/OBJ/testline.obj", "has no faces"),
+    ("/OBJ/testpoints.obj", "has no faces"),
+    ("/invalid/empty.obj", "has no faces"),
+    ("/invalid/malformed.obj", "the face names vertex 0"),
+    ("/glTF/BoxTextured-glTF-Binary/", "is binary glTF 1"),
+    ("/glTF/", "is not a glTF 2.0 file"),
+    (
+        "/glTF2/BoxTextured-glTF-techniqueWebGL/",
+        "KHR_technique_webgl",
+    ),
+    ("/glTF2/BoxWithInfinites-glTF-Binary/", "must be finite"),
+    ("/glTF2/IncorrectVertexArrays/", "are not a multiple of 3"),
+    ("/glTF2/IndexOutOfRange/", "it uses position"),
+    ("/glTF2/MissingBin/", "cannot read its buffer"),
+    ("/glTF2/RecursiveNodes/", "has a node with two parents"),
+    ("/glTF2/SchemaFailures/", "is not a glTF 2.0 file"),
+    (
+        "/glTF2/TestNoRootNode/NoScene.gltf",
+        "scene: Index out of bounds",
+    ),
+    (
+        "/glTF2/TestNoRootNode/SceneWithoutNodes.gltf",
+        "missing field `nodes`",
+    ),
+    ("/glTF2/draco/", "KHR_draco_mesh_compression"),
+    (
+        "/glTF2/glTF-Asset-Generator/Mesh_PrimitiveMode/",
+        "has no faces",
+    ),
+    ("/glTF2/wrongTypes/", "is not a glTF 2.0 file"),
+];
+
+/// Returns the OBJ and glTF files below `folder`.
+fn meshes_below(folder: &Path) -> Vec<PathBuf> {
+    let Ok(entries) = folder.read_dir() else {
+        return Vec::new();
+    };
+    let mut paths: Vec<PathBuf> = entries.map(|entry| entry.unwrap().path()).collect();
+    paths.sort();
+    let is_mesh = |path: &PathBuf| {
+        let ending = path.extension().unwrap_or_default().to_ascii_lowercase();
+        ["obj", "gltf", "glb"].iter().any(|mesh| ending == *mesh)
+    };
+    paths
+        .into_iter()
+        .flat_map(|path| {
+            if path.is_dir() {
+                meshes_below(&path)
+            } else if is_mesh(&path) {
+                vec![path]
+            } else {
+                Vec::new()
+            }
+        })
+        .collect()
+}
+
+/// Returns the files of the packages; says so where they are not installed.
+fn meshes() -> Vec<PathBuf> {
+    let all: Vec<PathBuf> = FOLDERS
+        .iter()
+        .flat_map(|folder| meshes_below(Path::new(folder)))
+        .collect();
+    let is_required = std::env::var_os("RELIEVO_TOOLS").is_some_and(|tools| tools == "required");
+    assert!(
+        !is_required || all.len() >= 60,
+        "install assimp-testmodels and glmark2-data: {} files",
+        all.len()
+    );
+    if all.is_empty() {
+        eprintln!("REAL MESHES ARE LEFT OUT: install assimp-testmodels and glmark2-data");
+    }
+    all
+}
+
+/// Returns a scene with the mesh at `path`, carved with discs and seen from `view`.
+fn scene(path: &Path, tier: Tier, view: usize, size: [u32; 2]) -> Scene {
+    let text = format!(
+        "[image]\nsize = {size:?}\n[[object]]\nmesh = 'mesh'\nshape = 'discs.png'\nrepeat = [12, 8]\nprojection = 'spherical'\ntier = '{}'\n",
+        tier.name()
+    );
+    let mut scene = Scene::parse(&text, &asset("patterns/scene.toml")).unwrap();
+    scene.objects[0].mesh = MeshSource::File(path.to_path_buf());
+    // Sheets face the camera, which is in front, on the right and above.
+    scene.objects[0].rotate = [[0.0; 3], [30.0, 45.0, 0.0], [-25.0, 20.0, 140.0]][view];
+    scene
+}
+
+/// Every file is drawn in every tier, from three sides, or ends in an error about
+/// the file.
+#[test]
+fn every_mesh_is_drawn_in_every_tier() {
+    // The most hits of the views: a sheet is not seen from behind.
+    let hits = |path: &Path, tier: Tier| -> Result<usize, String> {
+        let mut most = 0;
+        for view in 0..3 {
+            let prepared = prepare(&scene(path, tier, view, [60, 45]), &|_| ());
+            let prepared = prepared.map_err(|error| error.to_string())?;
+            let words = CpuRenderer::new(&prepared).geometry(&prepared.frame);
+            let words = words.unwrap();
+            let hits = (0..60 * 45).filter(|i| words.class(*i) != CLASS_MISS);
+            most = most.max(hits.count());
+        }
+        Ok(most)
+    };
+    let outcomes: Vec<(String, Result<usize, String>)> = meshes()
+        .par_iter()
+        .flat_map_iter(|path| {
+            [Tier::Planar, Tier::Fast, Tier::Accurate].map(|tier| {
+                (
+                    format!("{} {}", path.display(), tier.name()),
+                    hits(path, tier),
+                )
+            })
+        })
+        .collect();
+    let mut faults: BTreeMap<&str, usize> = BTreeMap::new();
+    let mut wrong = Vec::new();
+    for (name, outcome) in &outcomes {
+        match outcome {
+            Ok(hits) if *hits > 20 => (),
+            Ok(hits) => wrong.push(format!("{name}: {hits} hits")),
+            Err(error) => {
+                let known = FAULTS
+                    .iter()
+                    .find(|(file, part)| name.contains(file) && error.contains(part));
+                match known {
+                    Some((file, _)) => *faults.entry(file).or_default() += 1,
+                    None => wrong.push(format!("{name}: {error}")),
+                }
+            }
+        }
+    }
+    assert!(wrong.is_empty(), "{wrong:#?}");
+    println!("{} files in three tiers; {faults:?}", outcomes.len() / 3);
+}
+
+/// No prism folds.
+#[test]
+fn no_shell_folds() {
+    for path in meshes() {
+        let options = MeshOptions {
+            projection: Some(Projection::Spherical),
+            ..MeshOptions::default()
+        };
+        let Ok(mesh) = Mesh::load(&path, &options) else {
+            continue;
+        };
+        for depth in [0.04, 0.5].map(|share| share * mesh.bounds.diagonal()) {
+            let shell = mesh.shell(depth);
+            let folded = shell.prisms.par_iter().enumerate();
+            let folded = folded.find_any(|(_, prism)| prism.largest_depth() <= depth);
+            assert!(folded.is_none(), "{} {depth}: {folded:?}", path.display());
+        }
+    }
+}
+
+/// No word of the exact shaders differs from the CPU's.
+#[test]
+fn gpu_words_of_real_meshes_are_the_cpu_s() {
+    let named = meshes().into_iter().filter(|path| {
+        let name = path.file_name().unwrap().to_string_lossy();
+        NAMED.contains(&name.as_ref())
+    });
+    for path in named {
+        for tier in [Tier::Fast, Tier::Accurate] {
+            let scene = scene(&path, tier, 0, [100, 75]);
+            let prepared = prepare(&scene, &|_| ()).unwrap();
+            let expected = CpuRenderer::new(&prepared).geometry(&prepared.frame);
+            let expected = expected.unwrap();
+            for adapter in &every_adapter() {
+                let choice = Choice::These(Shaders::Exact);
+                let mut gpu = GpuRenderer::new(&prepared, adapter, choice).unwrap();
+                let found = gpu.geometry(&prepared.frame).unwrap();
+                assert_eq!(found, expected, "{} {}", path.display(), tier.name());
+            }
+        }
+    }
+}
