@@ -182,7 +182,7 @@ fn no_shell_folds() {
         for depth in [0.04, 0.5].map(|share| share * mesh.bounds.diagonal()) {
             let shell = mesh.shell(depth);
             let folded = shell.prisms.par_iter().enumerate();
-            let folded = folded.find_any(|(_, prism)| prism.largest_depth() <= depth);
+            let folded = folded.find_any(|(_, prism)| prism.largest_depth() <= shell.depth);
             assert!(folded.is_none(), "{} {depth}: {folded:?}", path.display());
         }
     }
