@@ -253,7 +253,7 @@ fn check_growth(object: &mut Object, shape: &Shape, map: &ShapeMap) -> Result<()
     Ok(())
 }
 
-/// Minimum depth of the accurate tier, checked before its prisms are made.
+/// Checks that `depth` is enough for the accurate tier.
 ///
 /// # Errors
 /// [`Error::Object`] if the depth is below [`SHALLOWEST`].

@@ -257,9 +257,11 @@ fn unfold(parts: &mut Parts<'_>, field: &mut Field) {
             .filter_map(|&index| {
                 let prism = parts.prism(index, field.shares(parts, index));
                 // Most prisms are far from folding: the first test is cheap.
-                let folds =
-                    prism.safe_depth() <= field.depth && { prism.largest_depth() <= field.depth };
-                folds.then(|| (index, prism.largest_depth()))
+                if prism.safe_depth() > field.depth {
+                    return None;
+                }
+                let largest = prism.largest_depth();
+                (largest <= field.depth).then_some((index, largest))
             })
             .collect();
         if folding.is_empty() {
