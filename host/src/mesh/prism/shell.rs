@@ -72,7 +72,8 @@ impl Mesh {
     /// assert!(plate.shell(0.04).local_depth.is_none());
     /// let reduced = plate.shell(0.2).local_depth.unwrap();
     /// assert_eq!(reduced.share, 1.0);
-    /// assert!((reduced.median - 0.05).abs() < 1e-9);
+    /// // Less than half of the thickness: the rim would fold there.
+    /// assert!(reduced.median > 0.04 && reduced.median < 0.05);
     /// # Ok::<(), relievo::mesh::MeshError>(())
     /// ```
     pub fn shell(&self, depth: f64) -> Shell {
