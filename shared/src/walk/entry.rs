@@ -28,6 +28,9 @@ const TRIES: u32 = 6;
 /// Maximum number of Newton iterations where the ray comes into the hull.
 const FIRST_ROUNDS: u32 = 12;
 
+/// Maximum number of moves from where Newton's method misses a prism.
+const RETRIES: u32 = 6;
+
 /// Maximum number of steps until the ray comes in.
 const OUTSIDE_STEPS: u32 = 32;
 
@@ -120,10 +123,11 @@ impl State {
 
     /// Returns whether the ray is clearly beside the triangle after the time `h`.
     #[inline]
-    fn passes_by(&self, h: Real) -> bool {
+    fn passes_by(&self, h: Real, inverse_altitude: Real) -> bool {
         let w = weights(self.predicted(h), 1.0);
         let a = weights(self.acceleration, 0.0);
-        let doubt = |a: Real| DOUBT * (1.0 + abs(a) * h * h);
+        let third_order = self.third_order * inverse_altitude * h;
+        let doubt = |a: Real| DOUBT + (DOUBT * abs(a) + third_order) * h * h;
         w.x < -doubt(a.x) || w.y < -doubt(a.y) || w.z < -doubt(a.z)
     }
 }
@@ -268,6 +272,9 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             tries: 0,
         };
         let mut turns = 0;
+        let mut retried = 0;
+        // The last step from where Newton's method held; 0 before the first one.
+        let mut last: Real = 0.0;
         let mut found = false;
         let mut in_shell = false;
         let mut over = false;
@@ -293,20 +300,60 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 } else if aim.may_try_again() {
                     h = aim.try_again(within, rest);
                 }
-                if h >= FAR || at.t + h < -shortest {
+                let is_astray = h >= FAR || at.t + h < -shortest;
+                // From far away Newton's method misses the prism: start nearer. After a step
+                // that was too long go back.
+                let overshot = last != 0.0 && (!at.regular || (is_astray && within.0 > 0.0));
+                let retries =
+                    is_closed && (overshot || !at.regular) && !arrived && retried < RETRIES;
+                if retries {
+                    retried += 1;
+                    h = if overshot {
+                        -0.5 * abs(last)
+                    } else {
+                        0.5 * rest
+                    };
+                    aim = Aim {
+                        opening: CAP,
+                        tries: 0,
+                    };
+                } else if is_astray {
                     let passed = if arrived { aim.opening } else { NONE };
                     let (time, opening) = at.state.next_opening(data.neighbours, passed, rest);
                     h = time;
                     aim = Aim { opening, tries: 0 };
+                    if h >= FAR && is_closed {
+                        // Only as far as the second order says so.
+                        let scale = max(data.inverse_altitude, abs(at.state.velocity.z));
+                        let doubt = at.state.third_order * scale;
+                        let mut trusted = rest;
+                        while doubt * trusted * trusted * trusted > DOUBT {
+                            trusted *= 0.5;
+                        }
+                        if trusted < rest {
+                            h = max(trusted, shortest);
+                        }
+                    }
                 }
+                // The ray cannot enter beyond the end of the hull. A prediction there
+                // may be wrong, so the step is limited to that end.
+                let h_inside = min(h, rest);
                 over = found
-                    || !at.regular
+                    || !(at.regular || retries)
                     || turns > OUTSIDE_STEPS
                     || h >= FAR
                     || (h > rest && rest <= shortest)
-                    || (aim.opening == CAP && is_closed && at.state.passes_by(h));
+                    || (aim.opening == CAP
+                        && is_closed
+                        && !retries
+                        && at.state.passes_by(h_inside, data.inverse_altitude));
                 let tolerance = self.tolerance * (enter + at.t);
-                if !over && h <= rest && at.may_glide(h, tolerance) {
+                if !over
+                    && !retries
+                    && aim.opening != NONE
+                    && h <= rest
+                    && at.may_glide(h, tolerance)
+                {
                     // The second order is exact enough at the opening: no more
                     // iterations. A neighbour may be off to the other side.
                     let mut there = at;
@@ -319,16 +366,18 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     }
                     over = found || is_closed;
                 }
-                // The ray cannot enter beyond the end of the hull. A prediction there
-                // may be wrong, so the step is limited to that end.
-                let h_inside = min(h, rest);
                 let h = if abs(h_inside) < shortest {
                     shortest
                 } else {
                     h_inside
                 };
+                last = if at.regular || overshot { h } else { 0.0 };
                 t = at.t + h;
-                guess = at.state.predicted(h);
+                guess = if retries {
+                    rough_parameters(data, hull_origin + at.direction * t)
+                } else {
+                    at.state.predicted(h)
+                };
             }
         }
         Entrance {

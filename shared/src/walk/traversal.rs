@@ -2,7 +2,8 @@
 
 use super::field::{Field, Found, PrismList};
 use super::step::{
-    ARRIVED, CAP, FLOOR, NONE, OVERLAP, ROUNDS, Traveller, next, pick, until_without, weights,
+    ARRIVED, CAP, FLOOR, NONE, OVERLAP, ROUNDS, THRESHOLD, Traveller, next, pick, until_without,
+    weights,
 };
 use crate::arithmetic::{div, kept, kept3, max, min};
 use crate::layout::NO_NEIGHBOUR;
@@ -17,6 +18,9 @@ const PIECES: u32 = 4096;
 
 /// Factor by which a piece is shortened whose error is too large.
 const SHORTER: Real = 0.7;
+
+/// A ray that comes to the cap from below has left the shell if δ is less than this.
+const LEFT: Real = 1e-4;
 
 /// Returns the neighbour across side `side`.
 #[inline]
@@ -275,17 +279,24 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                         prisms += 1;
                         guess = across(x, bound, came_through);
                     }
-                } else {
-                    over = bound == CAP;
                 }
                 if !over {
                     at.go(t, guess, ROUNDS);
-                    // Above the neighbour's cap: entry there is handled by the
-                    // neighbouring prism.
-                    over = !at.regular || at.state.x.z < -5.0 * ARRIVED;
+                    // Through the cap, unless the ray only came near to it. Above the
+                    // neighbour's cap: entry there is handled by the neighbouring prism.
+                    let least = if bound == CAP { LEFT } else { -5.0 * ARRIVED };
+                    let folds = !at.regular && bound == NONE;
+                    over = if at.regular {
+                        at.state.x.z < least
+                    } else {
+                        !folds
+                    };
+                    at.state.x = if folds { guess } else { at.state.x };
                 }
-                if !over && turns > self.linear_steps + PIECES {
-                    // Still in the shell: it counts as a hit, as steps that run out do.
+                // Past the floor at a side, where the prism folds, or still in the shell: it
+                // counts as a hit, as steps that run out do.
+                let is_lost = !at.regular || at.state.x.z > 1.0 + THRESHOLD;
+                if !over && (is_lost || turns > self.linear_steps + PIECES) {
                     over = true;
                     stop.end = END_SIDE;
                     stop.s = 0.0;
