@@ -1,7 +1,7 @@
 //! The oracle of arbitrary meshes: the accurate tier's prisms in f64, which
 //! separates errors of f32 arithmetic from errors of the model (O2 of section 7).
 
-use super::prism_search::{HulledPrism, search};
+use super::prism_search::{HulledPrism, Opening, search};
 use super::wide::{wide_object, wide_prism};
 use super::{Oracle, Sample};
 use crate::hierarchy;
@@ -11,7 +11,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_MISS, CLASS_WALL};
-use relievo_shared_f64::layout::Object;
+use relievo_shared_f64::layout::{NO_NEIGHBOUR, Object};
 use relievo_shared_f64::normals::class_of;
 use relievo_shared_f64::profile::Profile;
 use relievo_shared_f64::shape_map::ShapeMap;
@@ -19,6 +19,12 @@ use relievo_shared_f64::shape_map::ShapeMap;
 /// Maximum steps and bisections of a search: more than any search needs.
 const LINEAR_STEPS: u32 = 100_000;
 const BINARY_STEPS: u32 = 60;
+
+/// Maximum number of prisms that a ray is followed back through.
+const MOST_CROSSED: u32 = 1000;
+
+/// Maximum number of times that a ray from below comes into the same prism.
+const MOST_RETURNS: u32 = 16;
 
 /// All prisms of a scene.
 pub struct MeshOracle<'a> {
@@ -35,6 +41,8 @@ struct ScenePrism {
 }
 
 struct SceneObject<'a> {
+    /// Number of the object's first prism in the scene.
+    first: usize,
     parameters: Object,
     profile: Profile,
     map: ShapeMap,
@@ -62,12 +70,14 @@ impl<'a> MeshOracle<'a> {
         let mut objects = Vec::with_capacity(scene.objects.len());
         for (index, object) in scene.objects.iter().enumerate() {
             let parameters = wide_object(&object.parameters);
+            let first = prisms.len();
             let all = object.all_prisms(scene.origin);
             prisms.extend(all.iter().map(|data| ScenePrism {
                 prism: HulledPrism::new(&wide_prism(data), parameters.depth),
                 object: index,
             }));
             objects.push(SceneObject {
+                first,
                 profile: Profile::new(&parameters),
                 map: ShapeMap::new(&parameters),
                 texels: object.map.words(),
@@ -96,30 +106,57 @@ impl<'a> MeshOracle<'a> {
         self.hierarchy.for_each(eye, direction, |leaf| {
             let ScenePrism { prism, object } = &self.prisms[leaf];
             let object = &self.objects[*object];
-            let hit = search(
-                prism,
-                &object.profile,
-                &object.map,
-                object.texels,
-                eye,
-                direction,
-                LINEAR_STEPS,
-                BINARY_STEPS,
-            );
-            found.prisms += 1;
-            found.steps += hit.march.steps;
-            found.lost += u32::from(hit.lost);
-            // The oracle does not distinguish bevels from walls: no distance is needed.
-            let class = match class_of(&hit.march, &object.parameters, || 0.0) {
-                CLASS_BEVEL => CLASS_WALL,
-                class => class,
-            };
-            let t = hit.march.s;
-            if class != CLASS_MISS && (!found.sample.is_hit() || t < found.sample.t) {
-                found.sample = Sample { class, t };
+            let mut from = 0.0;
+            for _ in 0..MOST_RETURNS {
+                let hit = search(
+                    prism,
+                    &object.profile,
+                    &object.map,
+                    object.texels,
+                    eye + direction * from,
+                    direction,
+                    LINEAR_STEPS,
+                    BINARY_STEPS,
+                );
+                found.prisms += 1;
+                found.steps += hit.march.steps;
+                found.lost += u32::from(hit.lost);
+                // The oracle does not distinguish bevels from walls: no distance is needed.
+                let class = match class_of(&hit.march, &object.parameters, || 0.0) {
+                    CLASS_BEVEL => CLASS_WALL,
+                    class => class,
+                };
+                let t = from + hit.march.s;
+                if class == CLASS_MISS || (found.sample.is_hit() && t >= found.sample.t) {
+                    return;
+                }
+                if class != CLASS_WALL || !self.is_from_below(leaf, eye, direction, t) {
+                    found.sample = Sample { class, t };
+                    return;
+                }
+                // The ray may come back into this prism, through the cap.
+                from = prism.beyond(eye, direction, t);
             }
         });
         found
+    }
+
+    /// Returns whether the ray, which is in prism `leaf` at the distance `t`, came into the
+    /// shell from below: through a floor, which has no back.
+    fn is_from_below(&self, leaf: usize, eye: DVec3, direction: DVec3, t: f64) -> bool {
+        let (mut leaf, mut t) = (leaf, t);
+        for _ in 0..MOST_CROSSED {
+            let ScenePrism { prism, object } = &self.prisms[leaf];
+            match prism.opening(eye, direction, t) {
+                (Opening::Floor, _) => return true,
+                (Opening::Side(link), before) if link != NO_NEIGHBOUR => {
+                    leaf = self.objects[*object].first + (link >> 2) as usize;
+                    t = before;
+                }
+                _ => return false,
+            }
+        }
+        false
     }
 }
 

@@ -8,7 +8,7 @@ use relievo_shared_f64::FAR;
 use relievo_shared_f64::arithmetic::{abs, clamp, div, max, min, sqrt};
 use relievo_shared_f64::layout::PrismData;
 use relievo_shared_f64::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
-use relievo_shared_f64::prism::{Prism, State, cap_hull, normal_hull};
+use relievo_shared_f64::prism::{Jacobian, Prism, State, cap_hull, normal_hull};
 use relievo_shared_f64::profile::Profile;
 use relievo_shared_f64::shape_map::{SafeStep, ShapeMap};
 
@@ -34,7 +34,7 @@ pub(super) struct PrismHit {
     pub march: March,
     /// (w1, w2, δ) at the hit.
     pub x: DVec3,
-    /// Whether the ray was lost: the prism folds, or the steps outside it ran out.
+    /// Whether the ray was lost: the steps outside the prism ran out.
     pub lost: bool,
 }
 
@@ -44,10 +44,19 @@ const FIRST_ROUNDS: u32 = 12;
 const ROUNDS: u32 = 4;
 
 /// Maximum number of steps outside the prism.
-const OUTSIDE_STEPS: u32 = 32;
+const OUTSIDE_STEPS: u32 = 96;
 
 /// Maximum step outside, as a share of the path through the hull.
 const STRIDE: f64 = 0.2;
+
+/// Step where the prism folds or Newton's method fails, as a share of the path through
+/// the hull: a prism does not fold inside.
+const BLIND: f64 = 1.0 / 24.0;
+/// Shortest step that is tried before such a step.
+const LEAST_BLIND: f64 = 1e-4;
+
+/// (w1, w2, δ) in the middle of a prism.
+const CENTRE: DVec3 = DVec3::new(1.0 / 3.0, 1.0 / 3.0, 0.5);
 
 /// Error bound of the second-order prediction of a weight or δ over the whole
 /// prism, and relative to its acceleration.
@@ -58,9 +67,44 @@ const DOUBT: f64 = 0.05;
 const ENTRY_BISECTIONS: u32 = 12;
 const DEEP: f64 = 1e-4;
 
+/// Bisections between the last point inside and the first one outside.
+const FLOOR_BISECTIONS: u32 = 24;
+
+/// Steps through the hull to where the ray comes into the prism or leaves it, and bisections
+/// after them.
+const STEPS: f64 = 256.0;
+const BISECTIONS: u32 = 40;
+
+/// What a ray came through into a prism.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Opening {
+    /// The side with this neighbour, as [`PrismData::neighbours`] has it.
+    Side(u32),
+    /// The floor, from below.
+    Floor,
+    /// The cap, a place where the prism folds, or nothing: the eye is in the prism.
+    Other,
+}
+
+/// A point in a prism.
+struct Place {
+    /// (w1, w2, δ).
+    x: DVec3,
+    jacobian: Jacobian,
+}
+
+impl Place {
+    /// Returns the distances from the sides, the cap and the floor, in weights or δ.
+    fn insets(&self) -> [f64; 5] {
+        let x = self.x;
+        [1.0 - x.x - x.y, x.x, x.y, x.z, 1.0 - x.z]
+    }
+}
+
 /// A prism with the hull in which it is searched.
 pub(super) struct HulledPrism {
     prism: Prism,
+    neighbours: [u32; 3],
     /// Points whose convex hull contains the prism, relative to its anchor.
     hull: [DVec3; 12],
     /// Normals of the slabs that clip a ray: the facet's, and those of its sides.
@@ -75,6 +119,7 @@ impl HulledPrism {
         let (b, c) = (cap[1], cap[2]);
         HulledPrism {
             prism: Prism::new(data, depth),
+            neighbours: data.neighbours,
             hull: std::array::from_fn(|i| match i {
                 0..6 => cap[i],
                 _ => cap[i - 6] - normal[i - 6] * depth,
@@ -89,6 +134,65 @@ impl HulledPrism {
         let low = self.hull.into_iter().fold(self.hull[0], DVec3::min);
         let high = self.hull.into_iter().fold(self.hull[0], DVec3::max);
         (self.prism.anchor + low, self.prism.anchor + high)
+    }
+
+    /// Returns what the ray from `eye` along `direction` came through into this prism, in
+    /// which it is at the distance `t`, and its distance there.
+    pub fn opening(&self, eye: DVec3, direction: DVec3, t: f64) -> (Opening, f64) {
+        let (enter, leave) = self.clip(eye - self.prism.anchor, direction);
+        let Some(mut place) = self.inside(eye + direction * t, CENTRE, FIRST_ROUNDS) else {
+            return (Opening::Other, t);
+        };
+        let step = (leave - enter) / STEPS;
+        let (mut inside, mut outside) = (t, t - step);
+        while let Some(found) = self.inside(eye + direction * outside, place.x, ROUNDS) {
+            if outside < enter {
+                return (Opening::Other, enter);
+            }
+            place = found;
+            (inside, outside) = (outside, outside - step);
+        }
+        for _ in 0..BISECTIONS {
+            let middle = 0.5 * (inside + outside);
+            if let Some(found) = self.inside(eye + direction * middle, place.x, ROUNDS) {
+                place = found;
+                inside = middle;
+            } else {
+                outside = middle;
+            }
+        }
+        let insets = place.insets();
+        let nearest = insets.iter().copied().fold(FAR, f64::min);
+        let opening = match insets.iter().position(|inset| *inset == nearest) {
+            Some(side @ 0..=2) => Opening::Side(self.neighbours[side]),
+            Some(4) if place.jacobian.solve(direction).z < 0.0 => Opening::Floor,
+            _ => Opening::Other,
+        };
+        (opening, inside)
+    }
+
+    /// Returns a distance at which the ray from `eye` along `direction` has just left this
+    /// prism, in which it is at the distance `t`.
+    pub fn beyond(&self, eye: DVec3, direction: DVec3, t: f64) -> f64 {
+        let (enter, leave) = self.clip(eye - self.prism.anchor, direction);
+        let step = (leave - enter) / STEPS;
+        let mut beyond = t + step;
+        let mut guess = CENTRE;
+        while let Some(place) = self.inside(eye + direction * beyond, guess, FIRST_ROUNDS)
+            && beyond < leave
+        {
+            guess = place.x;
+            beyond += step;
+        }
+        beyond
+    }
+
+    /// Returns the place of `point` in the prism; `None` outside.
+    fn inside(&self, point: DVec3, guess: DVec3, rounds: u32) -> Option<Place> {
+        let (x, jacobian) = self.prism.solve(point - self.prism.anchor, guess, rounds);
+        let place = Place { x, jacobian };
+        let is_inside = jacobian.regular && place.insets().iter().all(|inset| *inset >= -1e-6);
+        is_inside.then_some(place)
     }
 
     /// Returns the distances at which the ray from `origin` (relative to the anchor)
@@ -173,7 +277,7 @@ fn until_within(c: f64, v: f64, a: f64, rest: f64, stride: f64) -> f64 {
     };
     let doubt = DOUBT * (1.0 + abs(a) * rest * rest);
     if highest < -doubt {
-        FAR
+        stride
     } else {
         min(rise(min(c, 0.0), v, a), stride)
     }
@@ -272,6 +376,26 @@ impl PrismRay<'_> {
         (state, inside)
     }
 
+    /// Finds the floor between the time `inside`, where the ray has the state `state`, and
+    /// the time `outside`, where it has left the prism: returns its state and time there if
+    /// it is reached before a side. The second-order prediction may go past both.
+    fn floor_before(&self, state: State, inside: f64, outside: f64) -> Option<(State, f64)> {
+        let (mut state, mut inside, mut outside) = (state, inside, outside);
+        let mut found = None;
+        for _ in 0..FLOOR_BISECTIONS {
+            let middle = 0.5 * (inside + outside);
+            let (candidate, regular) = self.at(middle, state.predicted(middle - inside), ROUNDS);
+            let is_within = regular && candidate.inset() >= -OVERLAP;
+            if is_within && candidate.x.z < FLOOR {
+                (state, inside) = (candidate, middle);
+            } else {
+                outside = middle;
+                found = is_within.then_some((candidate, middle));
+            }
+        }
+        found
+    }
+
     /// Returns the distances to the pattern and to the solid at `x`, texels.
     fn distance_and_gap(&self, x: DVec3) -> (f64, f64) {
         let distance = self.map.distance(self.texels, self.prism.uv(x.x, x.y));
@@ -362,10 +486,13 @@ pub(super) fn search(
         origin: from_eye + direction * enter,
         direction,
     };
-    let third: f64 = 1.0 / 3.0;
-    let (mut state, mut regular) = search.at(0.0, DVec3::new(third, third, 0.5), FIRST_ROUNDS);
+    let (mut state, mut regular) = search.at(0.0, CENTRE, FIRST_ROUNDS);
     let mut t = 0.0;
+    // The point before, and its state.
     let mut before = 0.0;
+    let mut last = state;
+    // Whether that was outside, and the ray was not lost there.
+    let mut may_go_back = false;
     let mut outside_steps = 0;
     let mut steps = 0;
     // Whether the last point was inside, and brackets a hit.
@@ -377,47 +504,67 @@ pub(super) fn search(
     let least = span * OVERLAP;
     while !over {
         let mut h = 0.0;
-        if !regular {
-            found.lost = true;
-            over = true;
+        let wait = if regular {
+            state.until_inside(span - t, STRIDE * span)
         } else {
-            let wait = state.until_inside(span - t, STRIDE * span);
-            if wait > 0.0 {
-                inside = false;
-                outside_steps += 1;
-                h = max(wait, least);
-                found.lost = outside_steps > OUTSIDE_STEPS;
-                over = found.lost || t + h > span;
+            FAR
+        };
+        let floor = if inside && wait > 0.0 {
+            search.floor_before(last, before, t)
+        } else {
+            None
+        };
+        if let Some(floor) = floor {
+            (state, t) = floor;
+            met = true;
+            over = true;
+        } else if wait > 0.0 {
+            inside = false;
+            outside_steps += 1;
+            h = if regular {
+                max(wait, least)
             } else {
-                first = !inside;
-                inside = true;
-                if first && t > 0.0 && state.inset() > DEEP {
-                    (state, t) = search.entry(state, before, t);
-                }
-                if state.x.z >= FLOOR {
-                    // Entering below the floor is a hit only where rounding missed
-                    // the floor between two prisms, and never from below.
-                    met = !first || (state.velocity.z >= 0.0 && state.x.z <= BELOW);
-                    over = true;
-                } else {
-                    let (distance, gap) = search.distance_and_gap(state.x);
-                    let tolerance = if first { 0.0 } else { TOLERANCE };
-                    met = gap <= tolerance || steps >= linear_steps;
-                    over = met;
-                    if !met {
-                        steps += 1;
-                        let longest = max(min(state.until_outside(), span - t), least);
-                        h = search.safe_time(&state, distance, gap, longest);
-                        over = t >= span;
-                    }
+                BLIND * span
+            };
+            found.lost = outside_steps > OUTSIDE_STEPS;
+            over = found.lost || t + h > span;
+        } else {
+            first = !inside;
+            inside = true;
+            if first && t > 0.0 && state.inset() > DEEP {
+                (state, t) = search.entry(state, before, t);
+            }
+            if state.x.z >= FLOOR {
+                // Entering below the floor is a hit only where rounding missed
+                // the floor between two prisms, and never from below.
+                met = !first || (state.velocity.z >= 0.0 && state.x.z <= BELOW);
+                over = true;
+            } else {
+                let (distance, gap) = search.distance_and_gap(state.x);
+                let tolerance = if first { 0.0 } else { TOLERANCE };
+                met = gap <= tolerance || steps >= linear_steps;
+                over = met;
+                if !met {
+                    steps += 1;
+                    let longest = max(min(state.until_outside(), span - t), least);
+                    h = search.safe_time(&state, distance, gap, longest);
+                    over = t >= span;
                 }
             }
         }
-        if !over {
-            before = t;
-            let guess = state.predicted(h);
+        if !over && regular {
+            (last, before) = (state, t);
+            may_go_back = !inside;
             t = min(t + h, span);
-            (state, regular) = search.at(t, guess, ROUNDS);
+            (state, regular) = search.at(t, state.predicted(h), ROUNDS);
+        } else if !over && may_go_back && t - before > LEAST_BLIND * span {
+            // The step was too long: the ray may have been inside in between.
+            t = 0.5 * (before + t);
+            (state, regular) = search.at(t, last.predicted(t - before), ROUNDS);
+        } else if !over {
+            may_go_back = false;
+            t = min(t + h, span);
+            (state, regular) = search.at(t, CENTRE, FIRST_ROUNDS);
         }
     }
     found.march.steps = steps;
