@@ -411,7 +411,7 @@ fn assert_unfolded(mesh: &Mesh, depth: f64) -> Shell {
 #[test]
 fn where_nothing_limits_the_depth_the_shell_is_the_prisms() {
     for (mesh, depth) in [
-        (asset("torus"), 0.19),
+        (asset("torus"), 0.17),
         (asset("blob"), 0.08),
         (asset("plane"), 10.0),
         (asset("saddle"), 0.1),
@@ -425,7 +425,7 @@ fn where_nothing_limits_the_depth_the_shell_is_the_prisms() {
 
 #[test]
 fn the_local_depth_ends_where_prisms_would_fold() {
-    // The tube's radius of 0.4, and half of what is left to the opposite wall.
+    // 45 % of the tube's radius of 0.4.
     let torus = asset("torus");
     for depth in [0.45, 1.0, 100.0] {
         let shell = assert_unfolded(&torus, depth);
@@ -435,8 +435,8 @@ fn the_local_depth_ends_where_prisms_would_fold() {
             median,
         } = shell.local_depth.unwrap();
         assert!((share - 1.0).abs() < 1e-12, "{share}");
-        assert!((0.3..0.4).contains(&least), "{least}");
-        assert!((0.3..0.401).contains(&median), "{median}");
+        assert!((0.178..0.182).contains(&least), "{least}");
+        assert!((0.178..0.182).contains(&median), "{median}");
         assert_eq!(count_links(&shell.prisms).1, 0);
     }
 }
@@ -581,7 +581,7 @@ fn the_local_depth_changes_slowly() {
             // N is longer at the rim and in the dent.
             if is_flat(p) && is_flat(q) && !is_dent(p) {
                 let change = (depth(a) - depth(b)).abs();
-                assert!(change <= 0.51 * p.distance(q), "{change} {p} {q}");
+                assert!(change <= 0.26 * p.distance(q), "{change} {p} {q}");
             }
         }
     }
