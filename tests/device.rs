@@ -321,14 +321,19 @@ fn held() -> (i64, usize) {
 #[cfg(target_os = "linux")]
 #[test]
 fn gpu_ten_thousand_frames_leave_nothing_behind() {
-    let name = "the_long_run_of_its_own_process";
-    let status = std::process::Command::new(std::env::current_exe().unwrap())
+    let name = "device::the_long_run_of_its_own_process";
+    let output = std::process::Command::new(std::env::current_exe().unwrap())
         .args([name, "--exact", "--ignored", "--nocapture"])
         // The layer's own bookkeeping is not measured.
         .env("WGPU_VALIDATION", "0")
-        .status()
+        .output()
         .unwrap();
-    assert!(status.success());
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        output.status.success() && said.contains("1 passed"),
+        "{said}"
+    );
+    println!("{said}");
 }
 
 #[cfg(target_os = "linux")]

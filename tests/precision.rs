@@ -138,6 +138,7 @@ impl Case {
                 wall_color: [0.5, 0.6, 0.7],
                 bevel_color: [0.4, 0.8, 0.5],
                 floor_color: [0.2, 0.2, 0.3],
+                number: 1,
                 shininess: 20,
                 tier: single::layout::TIER_FAST,
                 cut_out: 0,
@@ -338,8 +339,26 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
         worst.note_all("shape map: gradient", found, expected, 1.0);
 
         // The whole ray: each side continues with its own values.
-        let (enters, entry) = Single::enter(&ray, triangle, &facet);
-        let (wide_enters, wide_entry) = Double::enter(&wide_ray, &wide_triangle, &wide_facet);
+        let exit = single::exit::Exit {
+            t: facet.t + 3.0 * object.depth,
+            slope: 0.5,
+            facet_depth: 0.1 * surface.facet_depth,
+            uv: path.uv(3.0 * object.depth),
+        };
+        // Every other ray has an exit.
+        let words = if worst.traced % 2 == 0 {
+            exit.words(object)
+        } else {
+            glam::UVec4::ZERO
+        };
+        let (enters, entry) =
+            Single::enter(&ray, triangle, &facet, &single::exit::KnownExit(words));
+        let (wide_enters, wide_entry) = Double::enter(
+            &wide_ray,
+            &wide_triangle,
+            &wide_facet,
+            &double::exit::KnownExit(words),
+        );
         if !enters || !wide_enters {
             assert_eq!(enters, wide_enters);
             continue;

@@ -138,6 +138,7 @@ macro_rules! renderer {
             use super::{Picture, Prepared, PreparedObject, SIZE};
             use relievo_shared_variant::$tree::Vec3;
             use relievo_shared_variant::$tree::camera::{pixel_ray, reversed_depth};
+            use relievo_shared_variant::$tree::exit::KnownExit;
             use relievo_shared_variant::$tree::layout::{
                 Frame, Object, PrismData, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Triangle,
             };
@@ -172,7 +173,7 @@ macro_rules! renderer {
                 if !meets {
                     return None;
                 }
-                let (enters, entry) = M::enter(ray, over, &meeting);
+                let (enters, entry) = M::enter(ray, over, &meeting, &KnownExit::default());
                 if !enters || reversed_depth(ray.frame, ray.direction, M::entry_t(&entry)) < best {
                     return None;
                 }

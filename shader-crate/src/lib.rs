@@ -6,12 +6,14 @@
 //! Bindings of group 0, all read-only storage buffers of plain scalars:
 //! 0 [`Frame`], 1 [`Object`], 2 the object's facets ([`Triangle`],
 //! [`PlanarTriangle`] or [`PrismData`], as the list says), 3 the words of its shape
-//! map. Draws are not indexed: six vertices a facet, an outline around its pixels;
+//! map. Binding 0 of group 1 is the picture that `exits` has written, for models that
+//! ask for exits. Draws are not indexed: six vertices a facet, an outline around its pixels;
 //! the fragment shader decides by an exact test.
 #![cfg_attr(target_arch = "spirv", no_std)]
 // A binding is an argument.
 #![allow(clippy::too_many_arguments)]
 
+use relievo_shared::exit::{self, Exit, KnownExit};
 use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, known};
 use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
 use relievo_shared::model::prisms::Home;
@@ -22,8 +24,8 @@ use relievo_shared::shape_map::Texels;
 use relievo_shared::walk::PrismList;
 use relievo_shared::{camera, for_each_facet, for_each_search, trace};
 use spirv_std::arch::{IndexUnchecked, kill};
-use spirv_std::glam::{UVec4, Vec3, Vec4, vec4};
-use spirv_std::spirv;
+use spirv_std::glam::{UVec2, UVec4, Vec3, Vec4, vec4};
+use spirv_std::{Image, spirv};
 
 /// Texels in a storage buffer.
 struct TexelBuffer<'a>(&'a [u32]);
@@ -110,6 +112,9 @@ impl Facet for PrismData {
     }
 }
 
+/// The exits of a picture's pixels.
+type ExitPicture = Image!(2D, type=u32, sampled);
+
 /// Vertex entry points that place the corners of the outlines around facets.
 macro_rules! vertex_entry_points {
     ($($facet:ident $name:ident;)*) => {$(
@@ -134,18 +139,67 @@ macro_rules! vertex_entry_points {
 
 for_each_facet!(vertex_entry_points);
 
+/// Places the corners of the outline around the pixels of a facet seen from behind.
+#[spirv(vertex)]
+pub fn vertex_exits(
+    #[spirv(vertex_index)] vertex_index: u32,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[Triangle],
+    #[spirv(position)] position: &mut Vec4,
+    #[spirv(flat)] facet_index: &mut u32,
+) {
+    let index = vertex_index / 6;
+    let triangle = exit::reversed(&Triangle::over(facets, index));
+    let outline = outline(frame, object, &triangle);
+    let corner = outline_vertex(&outline, vertex_index - 6 * index);
+    *position = vec4(corner.x, corner.y, 0.5, 1.0);
+    *facet_index = index;
+}
+
+/// Writes the words of the pixel's exit through this facet.
+#[spirv(fragment(depth_replacing))]
+pub fn exits(
+    #[spirv(frag_coord)] coordinate: Vec4,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[Triangle],
+    #[spirv(flat)] index: u32,
+    #[spirv(frag_depth)] depth: &mut f32,
+    words: &mut UVec4,
+) {
+    let triangle = Triangle::over(facets, index);
+    let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
+    let (found, reversed_depth) = exit::meet(frame, direction, &triangle);
+    if !found.hit {
+        kill();
+    }
+    *words = Exit::new(direction, &triangle, &found).words(object);
+    *depth = reversed_depth;
+}
+
 /// Traces this pixel's ray over one facet, or discards the pixel.
 #[inline]
 fn find<M: Model<Over>, Over>(
     ray: &Ray,
     over: &Over,
     texels: &TexelBuffer,
+    exits: &ExitPicture,
+    pixel: UVec2,
 ) -> (M::Entry, Traced<M::Place>) {
     let (meets, meeting) = M::meet(ray, over);
     if !meets {
         kill();
     }
-    let (enters, entry) = M::enter(ray, over, &meeting);
+    // Read before it is known to be needed: a struct cannot hold a picture. Without
+    // exits the picture has one pixel.
+    let pixel = if ray.object.number == 0 {
+        UVec2::ZERO
+    } else {
+        pixel
+    };
+    let exit = KnownExit(exits.fetch(pixel));
+    let (enters, entry) = M::enter(ray, over, &meeting, &exit);
     if !enters {
         kill();
     }
@@ -200,6 +254,7 @@ macro_rules! color_entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+            #[spirv(descriptor_set = 1, binding = 0)] exits: &ExitPicture,
             #[spirv(flat)] index: u32,
             #[spirv(frag_depth)] depth: &mut f32,
             color: &mut UVec4,
@@ -207,9 +262,10 @@ macro_rules! color_entry_point {
             let texels = TexelBuffer(words);
             $(let object = &known::<{ $facts }>(object);)?
             let over = $facet::over(facets, index);
-            let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
+            let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
+            let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
-            let (entry, traced) = find::<$model, _>(&ray, &over, &texels);
+            let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
             let rgb = trace::color::<$shadow, $model, _, _>(&ray, &over, &texels, &entry, &traced);
             *color = color_words(rgb, &traced.hit);
             *depth = traced.hit.depth;
@@ -229,6 +285,7 @@ macro_rules! geometry_entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+            #[spirv(descriptor_set = 1, binding = 0)] exits: &ExitPicture,
             #[spirv(flat)] index: u32,
             #[spirv(frag_depth)] depth: &mut f32,
             place: &mut UVec4,
@@ -237,9 +294,10 @@ macro_rules! geometry_entry_point {
             let texels = TexelBuffer(words);
             $(let object = &known::<{ $facts }>(object);)?
             let over = $facet::over(facets, index);
-            let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
+            let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
+            let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
-            let (entry, traced) = find::<$model, _>(&ray, &over, &texels);
+            let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
             let normals = trace::normals::<$model, _, _>(&ray, &over, &texels, &entry, &traced);
             (*place, *surface) = geometry_words(&traced.hit, normals.carved);
             *depth = traced.hit.depth;

@@ -267,6 +267,9 @@ pub struct Object {
     pub profile: u32,
     /// Number of parts of a profile that has parts, ≥ 1.
     pub parts: u32,
+    /// Number of the object in its scene, from 1, whose exits
+    /// ([`Exit`](crate::exit::Exit)) are asked for; 0 to do without.
+    pub number: u32,
 }
 
 /// The curvature of the surface is ignored: extrusion mapping without silhouette.
@@ -310,7 +313,7 @@ const _: () = {
     assert!(offset_of!(PrismData, facet) == 204 && offset_of!(PrismData, neighbours) == 324);
     assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
     assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
-    assert!(size_of::<Object>() == 144 && align_of::<Object>() == 4);
+    assert!(size_of::<Object>() == 148 && align_of::<Object>() == 4);
     assert!(offset_of!(Object, cap_color) == 48 && offset_of!(Object, shininess) == 96);
 };
 

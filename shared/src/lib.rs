@@ -75,6 +75,7 @@
 pub mod arithmetic;
 pub mod camera;
 pub mod contract;
+pub mod exit;
 pub mod facet;
 pub mod facts;
 #[cfg(not(feature = "double"))]

@@ -67,6 +67,11 @@ pub struct QuadraticPath {
     /// q + ½ k V_z²: bend of the ray, 1 / object units, > 0 where the surface
     /// falls away.
     pub bend: Real,
+    /// Cubic term: d − ½ k d² = s (R − (bend + twist s) s), 1 / square object units; 0
+    /// unless the mesh says where the ray leaves.
+    pub twist: Real,
+    /// The largest derivative of that by s, ≥ 0.
+    pub(crate) steepest: Real,
     /// Factor that makes d − ½ k d² 1 at the floor, 1 / object units.
     pub inverse_depth: Real,
     /// About ½ k S_z: the difference between δ and d − ½ k d².
@@ -94,7 +99,7 @@ impl Path for QuadraticPath {
     #[inline]
     fn depth_fraction(&self, s: Real) -> Real {
         if self.is_bent {
-            let even = s * (self.slope - self.bend * s) * self.inverse_depth;
+            let even = s * (self.slope - (self.bend + self.twist * s) * s) * self.inverse_depth;
             even * (1.0 - self.warp * (1.0 - even))
         } else {
             s * self.slope * self.inverse_depth
@@ -114,13 +119,7 @@ impl Path for QuadraticPath {
 
     #[inline]
     fn depth_rate(&self) -> Real {
-        // The ray is steepest where it enters, or, on a concave surface, where it ends.
-        let steepest = if self.bend < 0.0 {
-            self.slope - 2.0 * self.bend * self.end
-        } else {
-            self.slope
-        };
-        steepest * self.inverse_depth * (1.0 + abs(self.warp))
+        self.steepest * self.inverse_depth * (1.0 + abs(self.warp))
     }
 
     #[inline]

@@ -357,11 +357,13 @@ fn objects_get_folders_of_their_own() {
     assert_eq!(fs::read(desk.path("second/notes.txt")).unwrap(), b"mine");
 }
 
-/// With `--write words` the SPIR-V is that of the renderer.
+/// With `--write words` the SPIR-V is that of the renderer, where that asks for no exits.
 #[test]
 fn words_in_spirv_are_our_own_shaders() {
     let desk = desk();
-    desk.run("export one.toml -o out --target spirv --write words")
+    let one = fs::read_to_string(desk.path("one.toml")).unwrap();
+    desk.write("planar.toml", one + "tier = 'planar'\n");
+    desk.run("export planar.toml -o out --target spirv --write words")
         .done();
     let module = relievo::render::gpu::Shaders::Fast.module().unwrap();
     let layout = fs::read_to_string(desk.path("out/layout.json")).unwrap();

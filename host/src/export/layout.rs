@@ -164,6 +164,7 @@ structs! {
         self_shadow: u32, "", "Not 0 if the object casts shadows on itself. The shader is compiled for it.";
         profile: u32, "", "Profile of the extrusion: 0 straight. A shader for straight profiles does not read it.";
         parts: u32, "", "Number of parts of a profile that has parts, >= 1.";
+        number: u32, "", "Number of the object in its scene. Exported shaders do not read it.";
     }
     corner Corner "One corner of a triangle." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";

@@ -247,6 +247,8 @@ fn write_shader(
         Stage::Vertex => entry_points.vertex,
         Stage::Fragment => entry_points.color,
     };
+    // Exports have no picture of exits, and are translated without.
+    let asks_for_exits = stage == Stage::Fragment && entry_points.asks_for_exits;
     let failed = |message: String| ExportError::Shader {
         object: object.name.clone(),
         shader: name,
@@ -263,7 +265,7 @@ fn write_shader(
     let Some(untouched) = sources
         .untouched
         .as_ref()
-        .filter(|_| target == Target::Spirv)
+        .filter(|_| target == Target::Spirv && !asks_for_exits)
     else {
         return Ok(written);
     };

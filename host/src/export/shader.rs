@@ -8,7 +8,7 @@ use naga::compact::{KeepUnused, compact};
 use naga::proc::BoundsCheckPolicies;
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{
-    Arena, ArraySize, BuiltIn, Expression, Function, Handle, Literal, Module, Range,
+    Arena, ArraySize, Block, BuiltIn, Expression, Function, Handle, Literal, Module, Range,
     ResourceBinding, Scalar, ScalarKind, Span, Statement, StructMember, Type, TypeInner,
     VectorSize,
 };
@@ -34,6 +34,70 @@ pub(super) struct Written {
     pub(super) entry_point: String,
 }
 
+/// Replaces the picture of exits by zeros, which say that no exit is known.
+fn remove_exits(module: &mut Module) {
+    let inner = TypeInner::Vector {
+        size: VectorSize::Quad,
+        scalar: Scalar::U32,
+    };
+    let words = module
+        .types
+        .insert(Type { name: None, inner }, Span::UNDEFINED);
+    let functions = module.functions.iter_mut().map(|(_, function)| function);
+    let entry_points = module.entry_points.iter_mut();
+    for function in functions.chain(entry_points.map(|entry| &mut entry.function)) {
+        let mut reads = Vec::new();
+        for (handle, expression) in function.expressions.iter_mut() {
+            if let Expression::ImageLoad { .. } = expression {
+                *expression = Expression::ZeroValue(words);
+                reads.push(handle);
+            }
+        }
+        // Zeros are not computed by statements.
+        if !reads.is_empty() {
+            skip_emits(&mut function.body, &reads);
+        }
+    }
+}
+
+/// Removes expressions from the statements that compute them.
+fn skip_emits(block: &mut Block, skipped: &[Handle<Expression>]) {
+    let mut rest = Block::new();
+    for (mut statement, span) in std::mem::take(block).span_into_iter() {
+        match &mut statement {
+            Statement::Emit(range) => {
+                let kept = range.clone().filter(|computed| !skipped.contains(computed));
+                for handle in kept {
+                    rest.push(
+                        Statement::Emit(Range::new_from_bounds(handle, handle)),
+                        span,
+                    );
+                }
+                continue;
+            }
+            Statement::Block(inner) => skip_emits(inner, skipped),
+            Statement::If { accept, reject, .. } => {
+                skip_emits(accept, skipped);
+                skip_emits(reject, skipped);
+            }
+            Statement::Switch { cases, .. } => {
+                for case in cases {
+                    skip_emits(&mut case.body, skipped);
+                }
+            }
+            Statement::Loop {
+                body, continuing, ..
+            } => {
+                skip_emits(body, skipped);
+                skip_emits(continuing, skipped);
+            }
+            _ => {}
+        }
+        rest.push(statement, span);
+    }
+    *block = rest;
+}
+
 /// Translates the shader in `words` (SPIR-V with one entry point) to `target`.
 ///
 /// # Errors
@@ -47,6 +111,7 @@ pub(super) fn translate(
     target: Target,
 ) -> Result<Written, String> {
     let mut module = portable::read(words)?;
+    remove_exits(&mut module);
     name(&mut module, bindings, structs)?;
     let [entry_point] = module.entry_points.as_mut_slice() else {
         return Err("it does not have exactly one entry point".to_string());

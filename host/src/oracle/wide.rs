@@ -87,6 +87,7 @@ pub fn wide_object(object: &Object) -> double::Object {
         self_shadow: object.self_shadow,
         profile: object.profile,
         parts: object.parts,
+        number: object.number,
     }
 }
 

@@ -28,6 +28,7 @@
 //! ```
 
 mod camera;
+mod exits;
 mod load;
 mod meshes;
 mod object;

@@ -1,6 +1,7 @@
 //! One object: its parameters, its triangles and its prisms.
 
 use super::camera::narrow;
+use super::exits::exit_number;
 use super::prepared::PreparedObject;
 use super::shells::{MeshShell, Shells};
 use crate::Error;
@@ -81,6 +82,8 @@ pub(super) fn prepare_object(
         self_shadow: u32::from(object.self_shadow),
         profile: extrusion.profile,
         parts: extrusion.parts,
+        // Set below.
+        number: 0,
     };
     check_growth(&mut parameters, &object.shape, &map).map_err(|problem| Error::Object {
         scene: scene.path.clone(),
@@ -111,7 +114,8 @@ pub(super) fn prepare_object(
             let reductions = reductions.copied().unwrap_or_default();
             narrow_triangle(triangle, reductions, origin, object.repeat, flat)
         })
-        .collect();
+        .collect::<Vec<_>>();
+    parameters.number = exit_number(&parameters, &triangles, number);
     let mut prepared = PreparedObject {
         name: object.name.clone(),
         number,

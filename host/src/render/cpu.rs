@@ -31,17 +31,19 @@ use super::words::{ColorWords, GeometryWords};
 use super::{Renderer, background_words};
 use crate::hierarchy;
 use crate::prepare::{PreparedObject, PreparedScene};
-use glam::{Vec3, Vec3A};
+use glam::{UVec4, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use rayon::prelude::*;
 use relievo_shared::camera::pixel_ray;
+use relievo_shared::exit::{self, Exit, Exits};
 use relievo_shared::facet::{FacetHit, may_surround_eye};
 use relievo_shared::layout::{Frame, PrismData};
 use relievo_shared::model::{Ray, over_triangle};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::prism::{cap_hull, is_near, is_open, normal_hull};
 use relievo_shared::trace::{class_and_steps, word};
+use std::cell::OnceCell;
 use std::ops::Add;
 
 /// Renders one scene on the CPU.
@@ -55,6 +57,22 @@ pub struct CpuRenderer<'a> {
     reach: f32,
     /// Object and index of each prism or triangle whose shell may contain the eye.
     around_eye: Vec<[u32; 2]>,
+}
+
+/// The exit of a ray, found when it is first asked for.
+struct RayExits<'r, 'a> {
+    renderer: &'r CpuRenderer<'a>,
+    frame: &'r Frame,
+    direction: Vec3,
+    words: OnceCell<UVec4>,
+}
+
+impl Exits for RayExits<'_, '_> {
+    fn words(&self) -> UVec4 {
+        *self
+            .words
+            .get_or_init(|| self.renderer.exit(self.frame, self.direction))
+    }
 }
 
 /// The nearest hit on a ray.
@@ -146,13 +164,19 @@ impl<'a> CpuRenderer<'a> {
     /// Finds the nearest hit of the ray along `direction`.
     fn nearest(&self, frame: &Frame, direction: Vec3) -> Option<Nearest<'a>> {
         let mut nearest: Option<Nearest<'a>> = None;
+        let exits = RayExits {
+            renderer: self,
+            frame,
+            direction,
+            words: OnceCell::new(),
+        };
         let mut visit = |order: [u32; 2]| {
             let object = &self.scene.objects[order[0] as usize];
             let best = nearest
                 .as_ref()
                 .map_or(0.0, |nearest| nearest.found.hit().depth);
             let ray = object_ray(object, frame, direction);
-            let Some(found) = Found::new(&ray, object, order[1], best) else {
+            let Some(found) = Found::new(&ray, object, order[1], best, &exits) else {
                 return;
             };
             let hit = found.hit();
@@ -179,6 +203,31 @@ impl<'a> CpuRenderer<'a> {
         self.bvh
             .ray_traverse_anyhit(ray, |_, leaf| visit(self.leaves[leaf]));
         nearest
+    }
+
+    /// Finds the exit of the ray along `direction`: its words, or zeros.
+    fn exit(&self, frame: &Frame, direction: Vec3) -> UVec4 {
+        let mut nearest: Option<([u32; 2], FacetHit, f32)> = None;
+        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
+        self.bvh.ray_traverse_anyhit(ray, |_, leaf| {
+            let order = self.leaves[leaf];
+            let object = &self.scene.objects[order[0] as usize];
+            if object.parameters.number == 0 {
+                return;
+            }
+            let (facet, depth) = exit::meet(frame, direction, &object.triangles[order[1] as usize]);
+            // At equal depth the first in drawing order wins, as on a GPU.
+            let is_nearer = nearest
+                .is_none_or(|(found, _, best)| depth > best || (depth == best && order < found));
+            if facet.hit && is_nearer {
+                nearest = Some((order, facet, depth));
+            }
+        });
+        nearest.map_or(UVec4::ZERO, |([object, triangle], facet, _)| {
+            let object = &self.scene.objects[object as usize];
+            let triangle = &object.triangles[triangle as usize];
+            Exit::new(direction, triangle, &facet).words(&object.parameters)
+        })
     }
 
     /// Finds the first front-facing triangle on the ray of `frame` along

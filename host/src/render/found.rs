@@ -3,6 +3,7 @@
 use crate::prepare::PreparedObject;
 use glam::Vec3;
 use relievo_shared::camera::reversed_depth;
+use relievo_shared::exit::Exits;
 use relievo_shared::layout::{
     PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Triangle,
 };
@@ -50,12 +51,13 @@ fn find<M: Model<Over>, Over>(
     over: &Over,
     texels: &[u32],
     best: f32,
+    exits: &impl Exits,
 ) -> Option<(M::Entry, Traced<M::Place>)> {
     let (meets, meeting) = M::meet(ray, over);
     if !meets {
         return None;
     }
-    let (enters, entry) = M::enter(ray, over, &meeting);
+    let (enters, entry) = M::enter(ray, over, &meeting, exits);
     // Nothing behind the entry can be nearer than the entry.
     if !enters || reversed_depth(ray.frame, ray.direction, M::entry_t(&entry)) < best {
         return None;
@@ -101,11 +103,17 @@ macro_rules! found {
             /// behind the depth `best`.
             // Called for every facet on a ray, most of which it misses.
             #[inline(always)]
-            pub(super) fn new(ray: &Ray<'_>, object: &PreparedObject, index: u32, best: f32) -> Option<Found> {
+            pub(super) fn new(
+                ray: &Ray<'_>,
+                object: &PreparedObject,
+                index: u32,
+                best: f32,
+                exits: &impl Exits,
+            ) -> Option<Found> {
                 let texels = object.map.words();
                 match ray.object.search {
                     $($search => <$facet as Facet>::over(object, index, |over| {
-                        let (entry, traced) = find::<$model, _>(ray, over, texels, best)?;
+                        let (entry, traced) = find::<$model, _>(ray, over, texels, best, exits)?;
                         Some(Found::$model(entry, traced))
                     }),)*
                     other => unreachable!("search {other}"),

@@ -185,7 +185,8 @@ impl Stage {
                 Some(targets) => targets,
                 None => Targets::new(&self.device, size)?,
             });
-            targets.make(&self.device, content, false);
+            pane.scene
+                .make_targets(&self.pipelines, targets, content, false);
             pane.scene.set_frame(queue, frame);
             pane.scene.record(
                 &mut encoder,
@@ -265,7 +266,8 @@ impl Stage {
         let done = read.clone();
         let wake = self.wake.clone();
         device.attempt(|| {
-            targets.make(&device, Content::Color, true);
+            pane.scene
+                .make_targets(&self.pipelines, &mut targets, Content::Color, true);
             pane.scene.set_frame(device.queue(), frame);
             let mut encoder = device
                 .wgpu()

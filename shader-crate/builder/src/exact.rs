@@ -48,13 +48,14 @@ const OTHER: &[u32] = &[
     3, 5, 6, // Source, Name, MemberName
     10, 11, // Extension, ExtInstImport
     14, 15, 16, 17, // MemoryModel, EntryPoint, ExecutionMode, Capability
-    19, 20, 21, 22, 23, 28, 29, 30, 32, 33, // types
+    19, 20, 21, 22, 23, 25, 28, 29, 30, 32, 33, // types
     41, 42, 43, 44, 46, // constants
     54, 55, 56, 57, 59, // functions and variables
     61, 62, 65, 66, // Load, Store, AccessChain, InBoundsAccessChain
     71, 72, // Decorate, MemberDecorate
     79, 80, 81, 82,
     83, // VectorShuffle, CompositeConstruct, CompositeExtract, CompositeInsert, CopyObject
+    95, // ImageFetch, of words
     109, 110, 111, 112, // ConvertFToU, ConvertFToS, ConvertSToF, ConvertUToF
     124, // Bitcast
     126, 128, 130, 132, 134, 135, 137, 138, 139, // integer arithmetic

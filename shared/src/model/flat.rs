@@ -57,6 +57,8 @@ impl QuadraticPath {
             uv_bend: Vec2::ZERO,
             slope,
             bend: 0.0,
+            twist: 0.0,
+            steepest: slope,
             inverse_depth: div(1.0, depth),
             warp: 0.0,
             foot_bend: Vec2::ZERO,

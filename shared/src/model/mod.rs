@@ -28,6 +28,7 @@ pub use prisms::Prisms;
 pub use quadric::Quadric;
 pub use relief::Relief;
 
+use crate::exit::Exits;
 use crate::layout::{Frame, Object};
 use crate::march::March;
 use crate::normals::HitSurface;
@@ -65,8 +66,14 @@ pub trait Model<Over> {
     /// test; always true where only the search can tell.
     fn meet(ray: &Ray<'_>, over: &Over) -> (bool, Self::Meeting);
 
-    /// Returns whether the ray enters the shell over this facet, and how.
-    fn enter(ray: &Ray<'_>, over: &Over, meeting: &Self::Meeting) -> (bool, Self::Entry);
+    /// Returns whether the ray enters the shell over this facet, and how. `exits` is
+    /// asked only where the model cannot tell where the ray leaves.
+    fn enter<X: Exits>(
+        ray: &Ray<'_>,
+        over: &Over,
+        meeting: &Self::Meeting,
+        exits: &X,
+    ) -> (bool, Self::Entry);
 
     /// A lower bound of the distance of every hit from the eye, object units.
     fn entry_t(entry: &Self::Entry) -> Real;

@@ -3,6 +3,7 @@
 use super::{Found, Model, Normals, Ray, Traced};
 use crate::Real;
 use crate::contract::{check, check2, check3};
+use crate::exit::{Exit, Exits};
 use crate::facet::{self, FacetHit, may_surround_eye};
 use crate::layout::{Triangle, vec3};
 use crate::march::{Limits, March, march};
@@ -28,6 +29,11 @@ pub struct TriangleEntry {
 pub trait OverTriangle {
     /// Whether the surface is a quadric; else it is flat.
     fn is_curved(ray: &Ray<'_>) -> bool;
+
+    /// Whether the mesh says where a ray leaves it, if a quadric cannot.
+    fn asks_for_exits() -> bool {
+        false
+    }
 
     /// Searches along the path of `entry` for the first hit; its place is the
     /// path's parameter s, object units.
@@ -98,7 +104,12 @@ impl<M: OverTriangle> Model<Triangle> for M {
     }
 
     #[inline]
-    fn enter(ray: &Ray<'_>, triangle: &Triangle, facet: &FacetHit) -> (bool, TriangleEntry) {
+    fn enter<X: Exits>(
+        ray: &Ray<'_>,
+        triangle: &Triangle,
+        facet: &FacetHit,
+        exits: &X,
+    ) -> (bool, TriangleEntry) {
         let direction = ray.direction;
         let depth = local_depth(triangle, facet, ray.object.depth);
         let mut surface = interpolate(triangle, facet);
@@ -107,7 +118,12 @@ impl<M: OverTriangle> Model<Triangle> for M {
             surface.uv_bend = uv_bend(triangle, surface.normal, direction);
         }
         let path = if is_curved {
-            QuadraticPath::bent(&surface, direction, facet.t, depth)
+            let path = QuadraticPath::bent(&surface, direction, facet.t, depth);
+            if M::asks_for_exits() && path.enters {
+                path.until(&Exit::of(ray.object, exits), facet.t)
+            } else {
+                path
+            }
         } else {
             QuadraticPath::straight(&surface, direction, facet.t, depth)
         };

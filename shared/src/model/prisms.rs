@@ -2,6 +2,7 @@
 
 use super::{Found, Model, Normals, Ray, Traced};
 use crate::arithmetic::{div, kept, kept3, max, normalize_or, sqrt};
+use crate::exit::Exits;
 use crate::layout::{Frame, Object, vec3};
 use crate::normals::{CLASS_CAP, CLASS_WALL, HitSurface, normal_at};
 use crate::prism::{Prism, PrismFrame};
@@ -73,7 +74,7 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
 
     /// The search finds out where the ray enters.
     #[inline]
-    fn enter(_: &Ray<'_>, _: &Home<S>, _: &()) -> (bool, ()) {
+    fn enter<X: Exits>(_: &Ray<'_>, _: &Home<S>, _: &(), _: &X) -> (bool, ()) {
         (true, ())
     }
 

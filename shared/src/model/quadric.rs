@@ -3,7 +3,8 @@
 
 use super::over_triangle::{OverTriangle, TriangleEntry, march_over};
 use super::{Found, Ray};
-use crate::arithmetic::{abs, clamp, div, max, min, normalize_or, sqrt};
+use crate::arithmetic::{abs, clamp, div, floor, max, min, normalize_or, sqrt};
+use crate::exit::Exit;
 use crate::layout::{TIER_FAST, Triangle};
 use crate::path::{FLAT, QuadraticPath};
 use crate::shape_map::Texels;
@@ -22,6 +23,11 @@ impl OverTriangle for Quadric {
     }
 
     #[inline]
+    fn asks_for_exits() -> bool {
+        true
+    }
+
+    #[inline]
     fn search<T: Texels + ?Sized>(
         ray: &Ray<'_>,
         _: &Triangle,
@@ -35,6 +41,15 @@ impl OverTriangle for Quadric {
 /// Maximum of half the curvature times the depth. Beyond, the shell comes near to the
 /// centre of curvature, where the series for a smaller depth is better.
 const MOST_WARP: Real = 0.25;
+
+/// Least length of a path up to its exit, as a share of the exit's distance from the
+/// eye: less is a rounding error.
+const SHORTEST: Real = 1e-6;
+/// Least distance of a floor from the plane that touches the mesh at the exit, as a share
+/// of the depth: 1 where the mesh is convex and its depth the same everywhere.
+const LEAST_BELOW_EXIT: Real = 0.5;
+/// Halvings that find the floor on a path up to its exit.
+const HALVINGS: u32 = 16;
 
 impl QuadraticPath {
     /// Returns the path of the ray along the unit vector `direction`, which hits the
@@ -167,6 +182,12 @@ impl QuadraticPath {
             uv_bend,
             slope,
             bend: q,
+            twist: 0.0,
+            steepest: if q < 0.0 {
+                slope - 2.0 * q * end
+            } else {
+                slope
+            },
             inverse_depth,
             // Parabola through both ends of the true curve with its slope at the
             // floor, to second order.
@@ -181,6 +202,96 @@ impl QuadraticPath {
             end,
             ends_on_floor: !endless && floor <= exit,
             is_bent: true,
+        }
+    }
+
+    /// Returns the path of a ray that leaves the mesh at `exit`, if that lies behind the
+    /// facet at distance `facet_t` and `self` contradicts it: `self` ends on the cap, or on
+    /// the floor nearer than half the depth to the plane that touches the mesh at the exit.
+    ///
+    /// Between the entry and the exit, at distance L, the depth is the cubic that has the
+    /// slopes R and R_b at the two ends, x = s / L:
+    ///
+    /// d = L x (1 − x) (R (1 − x) + R_b x).
+    ///
+    /// Over a sphere it is the parabola of the quadric. The second derivative of the
+    /// texture coordinates is the one that leads to those of the exit.
+    #[inline]
+    pub fn until(self, exit: &Exit, facet_t: Real) -> QuadraticPath {
+        let to_facet = exit.t - self.entry_t;
+        // The mirror image of the entry, with the same bend.
+        let radicand = exit.slope * exit.slope + 4.0 * self.bend * exit.facet_depth;
+        let sum = exit.slope + sqrt(max(radicand, 0.0));
+        let from_facet = if radicand > 0.0 && sum > FLAT {
+            div(2.0 * exit.facet_depth, sum)
+        } else {
+            0.0
+        };
+        let last_slope = sqrt(if radicand < 0.0 {
+            exit.slope * exit.slope
+        } else {
+            radicand
+        });
+        let length = to_facet + from_facet;
+        let is_known = exit.t > facet_t && to_facet > 0.0 && length > SHORTEST * exit.t;
+        let below_exit = last_slope * (length - self.end) * self.inverse_depth;
+        let contradicts = self.end > 0.0 && (!self.ends_on_floor || below_exit < LEAST_BELOW_EXIT);
+        if !is_known || !contradicts {
+            return self;
+        }
+        let inverse = div(1.0, length);
+        let bend = (2.0 * self.slope - last_slope) * inverse;
+        let twist = (last_slope - self.slope) * (inverse * inverse);
+        let depth = |s: Real| s * (self.slope - (bend + twist * s) * s) * self.inverse_depth;
+
+        // The deepest point, a root of the derivative in the form without cancellation.
+        let root = sqrt(max(
+            self.slope * (self.slope - last_slope) + last_slope * last_slope,
+            0.0,
+        ));
+        let excess = 2.0 * self.slope - last_slope;
+        let deepest = if excess >= 0.0 && excess + root > FLAT {
+            div(self.slope, excess + root)
+        } else if excess < 0.0 {
+            div(root - excess, 3.0 * (last_slope - self.slope))
+        } else {
+            0.5
+        };
+        let ends_on_floor = depth(deepest * length) >= 1.0;
+        // The depth grows up to there.
+        let mut before = 0.0;
+        let mut end = if ends_on_floor {
+            deepest * length
+        } else {
+            length
+        };
+        let mut halvings = if ends_on_floor { 0 } else { HALVINGS };
+        while halvings < HALVINGS {
+            let middle = 0.5 * (before + end);
+            if depth(middle) >= 1.0 {
+                end = middle;
+            } else {
+                before = middle;
+            }
+            halvings += 1;
+        }
+
+        let missing =
+            exit.uv - self.entry_uv - (self.velocity + self.uv_bend * to_facet) * to_facet;
+        let missing = Vec2::new(
+            missing.x - floor(missing.x + 0.5),
+            missing.y - floor(missing.y + 0.5),
+        );
+        // Texture coordinates that hardly change before the facet say nothing.
+        let at = div(1.0, max(to_facet, 0.5 * length));
+        QuadraticPath {
+            bend,
+            twist,
+            steepest: max(self.slope, last_slope),
+            uv_bend: self.uv_bend + missing * (at * at),
+            end,
+            ends_on_floor,
+            ..self
         }
     }
 

@@ -1,4 +1,5 @@
 use super::*;
+use crate::exit::Exit;
 use crate::layout::{TIER_FAST, TIER_PLANAR};
 
 use crate::shape_map::tests::Random;
@@ -490,4 +491,127 @@ fn every_number_stays_finite() {
 
 fn random_angle(random: &mut Random) -> f64 {
     random.within(0.0, std::f64::consts::TAU)
+}
+
+/// A path through the shell of a unit sphere, of depth 0.4.
+fn over_sphere(v_z: f32) -> QuadraticPath {
+    let surface = test_surface([0.5, 0.0, 0.5], 0.0);
+    let direction = Vec3::new((1.0 - v_z * v_z).sqrt(), 0.0, -v_z);
+    QuadraticPath::new(&surface, direction, 3.0, 0.4, TIER_FAST)
+}
+
+/// One that leaves the sphere through the cap.
+fn silhouette(v_z: f32) -> QuadraticPath {
+    let path = over_sphere(v_z);
+    assert!(!path.ends_on_floor);
+    path
+}
+
+#[test]
+fn a_floor_holds_unless_the_mesh_ends_before_it() {
+    let path = over_sphere(0.9);
+    assert!(path.ends_on_floor);
+    let until = |length: f32| {
+        let exit = Exit {
+            t: 3.0 + length,
+            slope: 0.9,
+            facet_depth: 0.0,
+            uv: Vec2::ZERO,
+        };
+        path.until(&exit, 3.0)
+    };
+    // The chord of the sphere, and half a depth below the plane at the exit.
+    let half = path.end + 0.5 / (0.9 * path.inverse_depth);
+    for length in [1.8, half + 0.01] {
+        let until = until(length);
+        assert_eq!((until.end, until.uv_bend), (path.end, path.uv_bend));
+    }
+    // A mesh that is thinner than the depth.
+    for length in [half - 0.01, 0.3] {
+        let until = until(length);
+        assert!(!until.ends_on_floor && (until.end - length).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn on_a_sphere_the_exit_changes_little() {
+    for v_z in [0.01, 0.1, 0.3, 0.5] {
+        let path = silhouette(v_z);
+        // The chord of the sphere, and the texture coordinates of the path.
+        let exit = Exit {
+            t: 3.0 + 2.0 * v_z,
+            slope: v_z,
+            facet_depth: 0.0,
+            uv: path.uv(2.0 * v_z),
+        };
+        let until = path.until(&exit, 3.0);
+        assert!(!until.ends_on_floor);
+        assert!((until.end - 2.0 * v_z).abs() < 1e-5);
+        for i in 0..=10 {
+            let s = 0.2 * v_z * i as f32;
+            assert!((path.uv(s) - until.uv(s)).length() < 1e-5);
+            let difference = path.depth_fraction(s) - until.depth_fraction(s);
+            assert!(difference.abs() < 0.07, "{v_z} {s} {difference}");
+        }
+    }
+}
+
+#[test]
+fn an_exit_that_is_not_behind_the_facet_is_ignored() {
+    let path = silhouette(0.2);
+    for (t, slope) in [(0.0, 0.0), (2.9, 0.5), (3.0, 0.5), (3.000_001, 0.0)] {
+        let exit = Exit {
+            t,
+            slope,
+            facet_depth: 0.0,
+            uv: Vec2::ZERO,
+        };
+        let until = path.until(&exit, 3.0);
+        assert_eq!(
+            (until.end, until.bend, until.twist),
+            (path.end, path.bend, 0.0)
+        );
+    }
+}
+
+#[test]
+fn a_path_up_to_an_exit_starts_and_ends_on_the_cap_or_meets_the_floor() {
+    let mut random = Random(11);
+    let (mut floors, mut caps) = (0, 0);
+    for _ in 0..20_000 {
+        let path = silhouette(random.choose(&[1e-4, 0.01, 0.1, 0.5]));
+        let exit = Exit {
+            t: 3.0 + random.magnitude(1e-3, 10.0) as f32,
+            slope: random.choose(&[0.0, 1e-4, 0.1, 1.0]) * random.within(-0.2, 1.0) as f32,
+            facet_depth: random.choose(&[0.0, 1e-3]) * random.within(-1.0, 1.0) as f32,
+            uv: Vec2::new(
+                random.within(0.0, 1.0) as f32,
+                random.within(0.0, 1.0) as f32,
+            ),
+        };
+        let until = path.until(&exit, 3.0);
+        let at_end = until.depth_fraction(until.end);
+        if until.ends_on_floor {
+            floors += 1;
+            assert!((at_end - 1.0).abs() < 2e-3, "{at_end} {exit:?}");
+        } else {
+            caps += 1;
+            assert!(at_end.abs() < 1e-4, "{at_end} {exit:?}");
+        }
+        let rate = until.depth_rate() * 1.001 + 1e-5;
+        for i in 0..100 {
+            let [s, next] = [i, i + 1].map(|i| until.end * i as f32 * 0.01);
+            let [from, to] = [s, next].map(|s| until.depth_fraction(s));
+            assert!((-1e-5..1.0 + 2e-3).contains(&from), "{from} {exit:?}");
+            assert!((to - from).abs() <= rate * (next - s) + 1e-5, "{exit:?}");
+        }
+        let to_facet = exit.t - until.entry_t;
+        let is_known = (until.bend, until.twist) != (path.bend, 0.0);
+        if is_known && 2.0 * to_facet > until.end && !until.ends_on_floor {
+            let off = until.uv(to_facet) - exit.uv;
+            let off = Vec2::new(off.x - off.x.round(), off.y - off.y.round());
+            assert!(off.length() < 1e-4 * (1.0 + to_facet), "{off} {exit:?}");
+        }
+    }
+    assert!(floors > 500 && caps > 500, "{floors} {caps}");
 }

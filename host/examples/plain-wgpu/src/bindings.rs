@@ -103,6 +103,8 @@ pub struct Object {
     pub profile: u32,
     /// Number of parts of a profile that has parts, >= 1.
     pub parts: u32,
+    /// Number of the object in its scene. Exported shaders do not read it.
+    pub number: u32,
 }
 
 /// One corner of a triangle.

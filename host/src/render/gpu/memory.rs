@@ -31,7 +31,7 @@ pub struct Memory {
     pub maps: u64,
     /// The frame and the objects' parameters.
     pub parameters: u64,
-    /// Pictures, and their read-back buffers.
+    /// Pictures, their read-back buffers, depth and exits.
     pub pictures: u64,
 }
 
@@ -41,7 +41,7 @@ impl Memory {
     pub fn of(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> Memory {
         let mut memory = Memory {
             parameters: size_of::<Frame>() as u64,
-            pictures: picture_bytes(scene, pictures),
+            pictures: picture_bytes(scene, extent, pictures),
             ..Memory::default()
         };
         let mut maps = BTreeSet::new();
@@ -83,13 +83,26 @@ impl Memory {
 }
 
 /// Returns the bytes of the pictures of `scene`.
-fn picture_bytes(scene: &PreparedScene, pictures: Pictures) -> u64 {
+fn picture_bytes(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> u64 {
     let [width, height] = scene.size.map(|side| u64::from(side * scene.supersampling));
     let count = match pictures {
         Pictures::Color => 1,
         Pictures::ColorAndGeometry => 2,
     };
+    let asking = scene
+        .objects
+        .iter()
+        .map(|object| &object.parameters)
+        .filter(|object| EntryPoints::of(object, extent).asks_for_exits);
+    let pixels_of_exits = asking.map(|object| {
+        if object.number == 0 {
+            1
+        } else {
+            width * height
+        }
+    });
     height * (width * DEPTH + count * (width * WORDS + row_stride(width)))
+        + pixels_of_exits.max().unwrap_or(0) * WORDS
 }
 
 /// Returns the bytes of a row of `width` pixels in a read-back buffer, with the

@@ -60,7 +60,7 @@ pub struct GpuRenderer {
 pub struct FrameTime {
     /// From recording the commands to the end of waiting, by the host's clock.
     pub wall: Duration,
-    /// The render pass alone, by the device's clock; `None` if it has none.
+    /// The render passes alone, by the device's clock; `None` if it has none.
     pub pass: Option<Duration>,
 }
 
@@ -203,7 +203,8 @@ impl GpuRenderer {
             Some(targets) => targets,
             None => Targets::new(&self.device, size)?,
         };
-        targets.make(&self.device, content, read_back);
+        self.scene
+            .make_targets(&self.pipelines, &mut targets, content, read_back);
         self.scene.set_frame(self.device.queue(), frame);
         // Only measurements read nothing back.
         let timestamps = self.timestamps.as_ref().filter(|_| !read_back);

@@ -1,7 +1,7 @@
 //! Render pipelines, made when first needed and kept across scenes.
 
 use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
-use super::shaders::EntryPoints;
+use super::shaders::{EXITS, EntryPoints};
 use crate::render::RenderError;
 use relievo_bitwise::{Device, Module};
 use std::collections::BTreeMap;
@@ -14,7 +14,10 @@ pub struct Pipelines {
     module: Module,
     vertices: BTreeMap<&'static str, wgpu::ShaderModule>,
     bindings: wgpu::BindGroupLayout,
+    exit_bindings: wgpu::BindGroupLayout,
     layout: wgpu::PipelineLayout,
+    /// The layout of shaders that ask for exits.
+    layout_with_exits: wgpu::PipelineLayout,
     made: BTreeMap<&'static str, wgpu::RenderPipeline>,
 }
 
@@ -22,19 +25,24 @@ impl Pipelines {
     /// Creates an empty set of pipelines for `module` on `device`.
     pub fn new(device: &Device, module: &Module) -> Pipelines {
         let bindings = bind_group_layout(device.wgpu());
-        let layout = device
-            .wgpu()
-            .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("relievo"),
-                bind_group_layouts: &[Some(&bindings)],
-                immediate_size: 0,
-            });
+        let exit_bindings = exit_bind_group_layout(device.wgpu());
+        let layout = |groups: &[Option<&wgpu::BindGroupLayout>]| {
+            device
+                .wgpu()
+                .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                    label: Some("relievo"),
+                    bind_group_layouts: groups,
+                    immediate_size: 0,
+                })
+        };
         Pipelines {
             device: device.clone(),
             module: module.clone(),
             vertices: BTreeMap::new(),
+            layout: layout(&[Some(&bindings)]),
+            layout_with_exits: layout(&[Some(&bindings), Some(&exit_bindings)]),
             bindings,
-            layout,
+            exit_bindings,
             made: BTreeMap::new(),
         }
     }
@@ -49,10 +57,35 @@ impl Pipelines {
         &self.bindings
     }
 
+    /// Returns the layout of the picture of exits.
+    pub(super) fn exit_bindings(&self) -> &wgpu::BindGroupLayout {
+        &self.exit_bindings
+    }
+
+    /// Makes the pipeline that writes exits, if it is missing.
+    pub(super) fn make_exits(&mut self) -> Result<(), RenderError> {
+        self.make_pair(EXITS, 1, false)
+    }
+
+    /// Returns the pipeline that [`Self::make_exits`] has made.
+    pub(super) fn exits(&self) -> &wgpu::RenderPipeline {
+        &self.made[EXITS[1]]
+    }
+
     /// Makes the pipeline that draws `content` of objects with these entry points,
     /// if it is missing.
     pub(super) fn make(&mut self, of: &EntryPoints, content: Content) -> Result<(), RenderError> {
-        let (vertex, fragment) = (of.vertex, content.fragment(of));
+        let pair = [of.vertex, content.fragment(of)];
+        self.make_pair(pair, content.targets(), of.asks_for_exits)
+    }
+
+    /// Makes the pipeline of a vertex and a fragment shader, if it is missing.
+    fn make_pair(
+        &mut self,
+        [vertex, fragment]: [&'static str; 2],
+        targets: usize,
+        asks_for_exits: bool,
+    ) -> Result<(), RenderError> {
         let device = &self.device;
         if self.made.contains_key(fragment) {
             return Ok(());
@@ -65,8 +98,13 @@ impl Pipelines {
             (&*placed, vertex),
             (&self.module.load(device, fragment)?, fragment),
         ];
+        let layout = if asks_for_exits {
+            &self.layout_with_exits
+        } else {
+            &self.layout
+        };
         let pipeline = device.attempt(|| {
-            let pipeline = make_pipeline(device.wgpu(), &self.layout, modules, content.targets());
+            let pipeline = make_pipeline(device.wgpu(), layout, modules, targets);
             Ok::<_, RenderError>(pipeline)
         })?;
         self.made.insert(fragment, pipeline);
@@ -96,6 +134,23 @@ fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("relievo"),
         entries: &entries,
+    })
+}
+
+/// The picture of exits.
+fn exit_bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("exits"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::FRAGMENT,
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Uint,
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        }],
     })
 }
 

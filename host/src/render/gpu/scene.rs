@@ -23,6 +23,8 @@ struct GpuObject {
     bindings: wgpu::BindGroup,
     vertices: u32,
     entry_points: EntryPoints,
+    /// Whether its exits are written.
+    has_exits: bool,
 }
 
 impl GpuScene {
@@ -105,10 +107,15 @@ impl GpuScene {
                 entries: &entries,
             });
             pipelines.make(&entry_points, Content::Color)?;
+            let has_exits = entry_points.asks_for_exits && object.parameters.number != 0;
+            if has_exits {
+                pipelines.make_exits()?;
+            }
             objects.push(GpuObject {
                 bindings,
                 vertices: 6 * object.triangles.len() as u32,
                 entry_points,
+                has_exits,
             });
         }
         let [r, g, b, a] = background_words(scene).map(f64::from);
@@ -132,8 +139,69 @@ impl GpuScene {
     pub fn make(&self, pipelines: &mut Pipelines, content: Content) -> Result<(), RenderError> {
         for object in &self.objects {
             pipelines.make(&object.entry_points, content)?;
+            if object.has_exits {
+                pipelines.make_exits()?;
+            }
         }
         Ok(())
+    }
+
+    /// Makes the targets that pictures of `content` of this scene lack, and their
+    /// read-back buffers if `read_back`.
+    pub fn make_targets(
+        &self,
+        pipelines: &Pipelines,
+        targets: &mut Targets,
+        content: Content,
+        read_back: bool,
+    ) {
+        targets.make(pipelines.device(), content, read_back);
+        let mut objects = self.objects.iter();
+        if objects.any(|object| object.entry_points.asks_for_exits) {
+            let is_written = self.objects.iter().any(|object| object.has_exits);
+            targets.make_exits(pipelines, is_written);
+        }
+    }
+
+    /// Records the drawing of the exits, if any object has some. Returns whether it did.
+    fn record_exits(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipelines: &Pipelines,
+        targets: &Targets,
+        timestamps: Option<&Timestamps>,
+    ) -> bool {
+        let mut objects = self
+            .objects
+            .iter()
+            .filter(|object| object.has_exits)
+            .peekable();
+        let (Some(_), Some(exits)) = (objects.peek(), targets.exits()) else {
+            return false;
+        };
+        let attachment = wgpu::RenderPassColorAttachment {
+            view: &exits.view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                store: wgpu::StoreOp::Store,
+            },
+        };
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("exits"),
+            color_attachments: &[Some(attachment)],
+            depth_stencil_attachment: Some(depth_attachment(targets)),
+            timestamp_writes: timestamps.map(|timestamps| timestamps.writes(true, false)),
+            occlusion_query_set: None,
+            multiview_mask: None,
+        });
+        pass.set_pipeline(pipelines.exits());
+        for object in objects {
+            pass.set_bind_group(0, &object.bindings, &[]);
+            pass.draw(0..object.vertices, 0..1);
+        }
+        true
     }
 
     /// Records the drawing to `targets`. Pipelines and targets must be made for
@@ -162,21 +230,18 @@ impl GpuScene {
             })
         };
         let attachments = [attachment(0), attachment(1)];
+        let has_exits = self.record_exits(encoder, pipelines, targets, timestamps);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("relievo"),
             color_attachments: &attachments[..content.targets()],
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: targets.depth(),
-                depth_ops: Some(wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(0.0),
-                    store: wgpu::StoreOp::Discard,
-                }),
-                stencil_ops: None,
-            }),
-            timestamp_writes: timestamps.map(Timestamps::writes),
+            depth_stencil_attachment: Some(depth_attachment(targets)),
+            timestamp_writes: timestamps.map(|timestamps| timestamps.writes(!has_exits, true)),
             occlusion_query_set: None,
             multiview_mask: None,
         });
+        if let Some(exits) = targets.exits() {
+            pass.set_bind_group(1, &exits.bindings, &[]);
+        }
         for object in &self.objects {
             pass.set_pipeline(pipelines.get(&object.entry_points, content));
             pass.set_bind_group(0, &object.bindings, &[]);
@@ -187,6 +252,18 @@ impl GpuScene {
     /// The camera and the light of the pictures that are submitted after this.
     pub fn set_frame(&self, queue: &wgpu::Queue, frame: &Frame) {
         queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
+    }
+}
+
+/// The depth buffer of a pass, cleared before and discarded after it.
+fn depth_attachment(targets: &Targets) -> wgpu::RenderPassDepthStencilAttachment<'_> {
+    wgpu::RenderPassDepthStencilAttachment {
+        view: targets.depth(),
+        depth_ops: Some(wgpu::Operations {
+            load: wgpu::LoadOp::Clear(0.0),
+            store: wgpu::StoreOp::Discard,
+        }),
+        stencil_ops: None,
     }
 }
 

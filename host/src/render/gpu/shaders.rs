@@ -29,7 +29,7 @@ macro_rules! renderer {
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
             draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {
-        files!($folder: vertex vertex_planar vertex_prisms
+        files!($folder: vertex vertex_planar vertex_prisms vertex_exits exits
             $($color $shadow $geometry $($special_color $special_shadow $special_geometry)*)*)
     };
 }
@@ -257,6 +257,21 @@ pub struct EntryPoints {
     pub color: &'static str,
     /// Draws its geometry.
     pub geometry: &'static str,
+    /// Whether both ask for the exits of rays, a picture that must be bound.
+    pub asks_for_exits: bool,
+}
+
+/// The vertex and the fragment shader that write exits.
+pub(super) const EXITS: [&str; 2] = ["vertex_exits", "exits"];
+
+/// Whether a model asks for exits.
+macro_rules! asks_for_exits {
+    (Quadric) => {
+        true
+    };
+    ($model:ident) => {
+        false
+    };
 }
 
 /// The fragment shaders of a search, and what must be true of an object that
@@ -268,6 +283,7 @@ struct Special {
     color: &'static str,
     shadow: &'static str,
     geometry: &'static str,
+    asks_for_exits: bool,
 }
 
 /// A [`Special`] for each pair of a search and facts, most facts first.
@@ -285,6 +301,7 @@ macro_rules! special {
                 color: stringify!($special_color),
                 shadow: stringify!($special_shadow),
                 geometry: stringify!($special_geometry),
+                asks_for_exits: asks_for_exits!($special),
             },)*
             Special {
                 search: $search,
@@ -293,6 +310,7 @@ macro_rules! special {
                 color: stringify!($color),
                 shadow: stringify!($shadow),
                 geometry: stringify!($geometry),
+                asks_for_exits: asks_for_exits!($model),
             },
         )*]
     };
@@ -321,6 +339,7 @@ impl EntryPoints {
                 special.shadow
             },
             geometry: special.geometry,
+            asks_for_exits: special.asks_for_exits,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
 use super::memory;
+use super::pipelines::Pipelines;
 use crate::render::{RenderError, allocate};
 use relievo_bitwise::Device;
 use std::mem::size_of;
@@ -15,6 +16,16 @@ pub struct Targets {
     /// One for colours, two for geometry; made when first needed.
     colors: Vec<Target>,
     depth: wgpu::TextureView,
+    /// Made when first needed.
+    exits: Option<Exits>,
+}
+
+/// The picture of exits.
+pub(super) struct Exits {
+    /// Width and height, pixels.
+    size: [u32; 2],
+    pub view: wgpu::TextureView,
+    pub bindings: wgpu::BindGroup,
 }
 
 /// A render target.
@@ -27,7 +38,7 @@ struct Target {
 
 impl Targets {
     /// Makes the depth buffer for pictures of `width` × `height` samples; colours
-    /// are made by [`Targets::make`].
+    /// are made by [`GpuScene::make_targets`](super::GpuScene::make_targets).
     ///
     /// # Errors
     /// [`RenderError::Limit`] if the device does not support that size.
@@ -64,6 +75,7 @@ impl Targets {
             height,
             stride: stride as u32,
             colors: Vec::new(),
+            exits: None,
             depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
         })
     }
@@ -73,9 +85,39 @@ impl Targets {
         [self.width, self.height]
     }
 
+    /// Makes the picture of exits, if it is missing: of one pixel if none is written.
+    pub(super) fn make_exits(&mut self, pipelines: &Pipelines, is_written: bool) {
+        let size = if is_written { self.size() } else { [1, 1] };
+        if self.exits.as_ref().is_some_and(|kept| kept.size == size) {
+            return;
+        }
+        let device = pipelines.device().wgpu();
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::TEXTURE_BINDING;
+        let picture = texture(device, size, TARGET_FORMAT, usage);
+        let view = picture.create_view(&wgpu::TextureViewDescriptor::default());
+        let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("exits"),
+            layout: pipelines.exit_bindings(),
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(&view),
+            }],
+        });
+        self.exits = Some(Exits {
+            size,
+            view,
+            bindings,
+        });
+    }
+
+    /// Returns the picture of exits, if it was made.
+    pub(super) fn exits(&self) -> Option<&Exits> {
+        self.exits.as_ref()
+    }
+
     /// Makes the missing targets for `content`, and their read-back buffers if
     /// `read_back`.
-    pub fn make(&mut self, device: &Device, content: Content, read_back: bool) {
+    pub(super) fn make(&mut self, device: &Device, content: Content, read_back: bool) {
         let (device, count) = (device.wgpu(), content.targets());
         while self.colors.len() < count {
             let texture = texture(
@@ -165,7 +207,10 @@ impl Targets {
             .filter_map(|target| target.read_back.as_ref())
             .map(wgpu::Buffer::size)
             .sum();
-        pixels * (self.colors.len() as u64 * memory::WORDS + memory::DEPTH) + read
+        let exits = self.exits.as_ref().map_or(0, |exits| {
+            exits.size.map(u64::from).iter().product::<u64>() * memory::WORDS
+        });
+        pixels * (self.colors.len() as u64 * memory::WORDS + memory::DEPTH) + exits + read
     }
 }
 
