@@ -8,8 +8,8 @@ use relievo_shared::layout::{Corner, Object, SEARCH_EXTRUSION, TIER_FAST, Triang
 const TOO_CURVED: f32 = 0.25;
 
 /// Returns the number with which object `number` of a scene asks for its exits, 1 to
-/// 255; 0 if it does not: in other tiers, and where the depth is nowhere reduced and small
-/// against the radius of curvature.
+/// 255. Returns 0 if it does not ask: in other tiers, and where the depth is reduced nowhere
+/// and less than half of the radius of curvature everywhere.
 pub(super) fn exit_number(parameters: &Object, triangles: &[Triangle], number: usize) -> u32 {
     let is_doubtful = |corner: &Corner| {
         corner.depth_reduction > 0.0 || warp(corner, parameters.depth) > TOO_CURVED

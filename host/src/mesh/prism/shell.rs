@@ -105,7 +105,7 @@ impl Mesh {
         field.limit_by_radius(&self.triangles);
         let indices: Vec<usize> = (0..count).collect();
         field.smooth(&self.triangles, &indices);
-        field.straighten(&mut parts);
+        field.remove_large_bends(&mut parts);
         unfold(&mut parts, &mut field);
         let local_depth = field.report(self);
         let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
@@ -226,9 +226,9 @@ impl Field {
         }
     }
 
-    /// Removes the bends of the surface along edges where the local depth is reduced and
-    /// little against them.
-    fn straighten(&self, parts: &mut Parts<'_>) {
+    /// Removes the bends of the surface along edges whose middle is further than [`BULGE`] of
+    /// the local depth from the straight edge, where that depth is reduced.
+    fn remove_large_bends(&self, parts: &mut Parts<'_>) {
         for (index, triangle) in parts.triangles.iter().enumerate() {
             let depths = triangle
                 .corners
