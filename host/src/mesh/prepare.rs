@@ -91,9 +91,12 @@ pub(super) fn prepare(
     // The winding comes first, since computed normals follow it.
     let reversed_triangles = normals::align_winding(&mut surface) + orient(&mut surface);
     let computed_normals = normals::complete(&mut surface, options.crease_angle);
-    let frames = tangent_frames(&surface, bounds.centre(), bounds.diagonal());
+    // MikkTSpace uses one thread.
+    let (frames, gradients) = rayon::join(
+        || tangent_frames(&surface, bounds.centre(), bounds.diagonal()),
+        || corner_gradients(&surface),
+    );
     let quadrics = quadrics(&surface, &frames);
-    let gradients = corner_gradients(&surface);
     let triangles = assemble(&surface, &frames, &quadrics, &gradients);
 
     let corners = || triangles.iter().flat_map(|triangle| &triangle.corners);

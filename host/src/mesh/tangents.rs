@@ -1,5 +1,6 @@
 //! Tangent frames by MikkTSpace, the common convention of modelling tools.
 
+use bevy_mikktspace::{TangentSpace, generate_tangents};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
@@ -95,8 +96,9 @@ pub(super) fn tangent_frames(
         uv_origin: low,
         uv_scale,
     };
-    // It fails only on an empty mesh, whose tangents stay zero.
-    mikktspace::generate_tangents(&mut geometry);
+    let Ok(()) = generate_tangents(&mut geometry) else {
+        unreachable!("no error is defined");
+    };
 
     surface
         .faces
@@ -126,7 +128,7 @@ struct Geometry<'a> {
     tangents: Vec<[[f32; 4]; 3]>,
 }
 
-impl mikktspace::Geometry for Geometry<'_> {
+impl bevy_mikktspace::Geometry for Geometry<'_> {
     fn num_faces(&self) -> usize {
         self.selected.len()
     }
@@ -151,7 +153,7 @@ impl mikktspace::Geometry for Geometry<'_> {
         unit.to_array()
     }
 
-    fn set_tangent_encoded(&mut self, tangent: [f32; 4], face: usize, corner: usize) {
-        self.tangents[self.selected[face]][corner] = tangent;
+    fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {
+        self.tangents[self.selected[face]][corner] = tangent.unwrap_or_default().tangent_encoded();
     }
 }
