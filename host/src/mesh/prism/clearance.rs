@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
-use obvhs::ray::Ray;
+use obvhs::ray::{Ray, RayHit};
 use rayon::prelude::*;
 
 use super::Parts;
@@ -70,8 +70,9 @@ pub(super) fn depths(parts: &Parts<'_>, bounds: &Bounds, count: usize, depth: f6
 }
 
 /// The triangles, to be hit from behind.
-struct Walls<'a> {
-    triangles: &'a [MeshTriangle],
+struct Walls {
+    /// Corners in the order of the hierarchy, and the index of the triangle.
+    triangles: Vec<([DVec3; 3], u32)>,
     hierarchy: Bvh2,
     /// Boxes are in units of the diagonal, from the centre: f32 suffices for a mesh
     /// of any size and place.
@@ -79,8 +80,8 @@ struct Walls<'a> {
     diagonal: f64,
 }
 
-impl<'a> Walls<'a> {
-    fn new(triangles: &'a [MeshTriangle], bounds: &Bounds) -> Walls<'a> {
+impl Walls {
+    fn new(triangles: &[MeshTriangle], bounds: &Bounds) -> Walls {
         let (centre, diagonal) = (bounds.centre(), bounds.diagonal());
         let boxes: Vec<Aabb> = triangles
             .par_iter()
@@ -92,9 +93,14 @@ impl<'a> Walls<'a> {
                 Aabb::new(a.min(b).min(c) - MARGIN, a.max(b).max(c) + MARGIN)
             })
             .collect();
+        let hierarchy = hierarchy::build_fast(&boxes);
+        let in_order = hierarchy.primitive_indices.par_iter().map(|&index| {
+            let corners = &triangles[index as usize].corners;
+            (corners.map(|corner| corner.position), index)
+        });
         Walls {
-            triangles,
-            hierarchy: hierarchy::build_fast(&boxes),
+            triangles: in_order.collect(),
+            hierarchy,
             centre,
             diagonal,
         }
@@ -114,33 +120,34 @@ impl<'a> Walls<'a> {
         let reach = (2.0 * depth / self.diagonal) as f32 * (1.0 + MARGIN) + MARGIN;
         let ray = Ray::new(start.into(), (-normal).as_vec3().into(), 0.0, reach);
         let mut room = 2.0 * depth;
-        self.hierarchy.ray_traverse_anyhit(ray, |_, leaf| {
-            let index = self.hierarchy.primitive_indices[leaf];
-            if let Some(distance) = self.hit_from_behind(index, point, -normal)
-                && distance < room
-                && !is_left_out(index)
-            {
-                room = distance;
-            }
-        });
+        self.hierarchy
+            .ray_traverse(ray, &mut RayHit::none(), |_, leaf| {
+                let (corners, index) = self.triangles[leaf];
+                if let Some(distance) = hit_from_behind(corners, point, -normal)
+                    && distance < room
+                    && !is_left_out(index)
+                {
+                    room = distance;
+                }
+                (room / self.diagonal) as f32 * (1.0 + MARGIN) + MARGIN
+            });
         0.5 * room
     }
+}
 
-    /// Returns the distance at which a ray leaves the mesh through a triangle, in
-    /// lengths of `direction`.
-    fn hit_from_behind(&self, index: u32, point: DVec3, direction: DVec3) -> Option<f64> {
-        let corners = self.triangles[index as usize].corners;
-        let [a, b, c] = corners.map(|corner| corner.position - point);
-        let normal = area_normal([a, b, c]);
-        let along = normal.dot(direction);
-        if along <= 0.0 {
-            return None;
-        }
-        let least = -EDGE * along;
-        let is_within = direction.dot(b.cross(a)) <= -least
-            && direction.dot(c.cross(b)) <= -least
-            && direction.dot(a.cross(c)) <= -least;
-        let distance = normal.dot(a) / along;
-        (is_within && distance >= 0.0).then_some(distance)
+/// Returns the distance at which a ray leaves the mesh through a triangle, in
+/// lengths of `direction`.
+fn hit_from_behind(corners: [DVec3; 3], point: DVec3, direction: DVec3) -> Option<f64> {
+    let [a, b, c] = corners.map(|corner| corner - point);
+    let normal = area_normal([a, b, c]);
+    let along = normal.dot(direction);
+    if along <= 0.0 {
+        return None;
     }
+    let least = -EDGE * along;
+    let is_within = direction.dot(b.cross(a)) <= -least
+        && direction.dot(c.cross(b)) <= -least
+        && direction.dot(a.cross(c)) <= -least;
+    let distance = normal.dot(a) / along;
+    (is_within && distance >= 0.0).then_some(distance)
 }
