@@ -6,22 +6,32 @@ use rayon::prelude::*;
 
 use super::{Bend, MeshPrism, Parts, clearance};
 use crate::mesh::surface::area_normal;
-use crate::mesh::triangles::Mesh;
+use crate::mesh::triangles::{Mesh, MeshCorner, MeshTriangle};
 use glam::DVec3;
 use relievo_shared::layout::NO_NEIGHBOUR;
 
 /// Largest change of the local depth along an edge, as a share of its length.
 const SLOPE: f64 = 0.25;
 
-/// Largest local depth, as a share of the radius of curvature along an edge. Deeper, columns
-/// are pinched, and a quadric says too little about the way of a ray.
+/// Largest ratio of the local depths at the two ends of an edge. Where it is larger, δ in a
+/// prism is far from linear, and rays get lost.
+const RATIO: f64 = 8.0;
+
+/// Largest local depth, as a share of the radius of curvature along an edge, and of the
+/// depth at which the prism over a curved triangle folds. Deeper, columns are pinched, and a
+/// quadric says too little about the way of a ray.
 const OF_RADIUS: f64 = 0.45;
 
-/// Largest local depth, as a share of the depth at which the prism folds.
+/// Largest local depth, as a share of the depth at which the prism over a flat triangle
+/// folds: it is only sheared.
 const LARGEST: f64 = 0.9;
 
-/// Share of the depth at which a prism folds that it gets in place of a larger one.
-const GIVEN: f64 = 0.8;
+/// Cosine of the largest angle between the normals of a flat triangle's corners and its own:
+/// 3°.
+const FLAT: f64 = 0.998_63;
+
+/// Share of the largest local depth that a prism gets in place of a larger one.
+const GIVEN: f64 = 0.89;
 
 /// Where the local depth is reduced, the largest distance of an edge of the surface from
 /// the straight edge, as a share of that depth.
@@ -41,8 +51,10 @@ pub(crate) const SHALLOWEST: f64 = 3e-5;
 /// every position (section 6 of docs/algorithm.md).
 ///
 /// h is at most half the way to the opposite wall, so that opposite floors do not
-/// meet, 45 % of the radius of curvature, and 90 % of the depth at which a prism folds. It
-/// changes by at most a quarter of an edge's length along the edge. It is S_z where nothing
+/// meet, 45 % of the radius of curvature, and 90 % of the depth at which a prism folds, 45 %
+/// where it is curved. It
+/// changes by at most a quarter of an edge's length along the edge, and to at most eight
+/// times as much. It is S_z where nothing
 /// limits it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shell {
@@ -106,7 +118,12 @@ impl Mesh {
         let indices: Vec<usize> = (0..count).collect();
         field.smooth(&self.triangles, &indices);
         field.remove_large_bends(&mut parts);
-        unfold(&mut parts, &mut field);
+        let at_position = triangles_at(&parts, count);
+        let mut suspects: Vec<usize> = (0..self.triangles.len()).collect();
+        while !suspects.is_empty() {
+            unfold(&mut parts, &mut field, &at_position, suspects);
+            suspects = field.remove_large_bends(&mut parts);
+        }
         let local_depth = field.report(self);
         let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
         let depths = corners.map(|corner| field.depths[corner.position_index as usize]);
@@ -167,7 +184,7 @@ impl Field {
 
     /// Limits the slope around `positions`, whose depth has been reduced. Returns
     /// the positions whose depth this reduces.
-    fn smooth(&mut self, triangles: &[super::MeshTriangle], positions: &[usize]) -> Vec<usize> {
+    fn smooth(&mut self, triangles: &[MeshTriangle], positions: &[usize]) -> Vec<usize> {
         for &position in positions {
             self.depths[position] = self.depths[position].clamp(self.least, self.depth);
         }
@@ -194,7 +211,7 @@ impl Field {
                 if from != position {
                     break;
                 }
-                let limit = depth + SLOPE * length;
+                let limit = (depth + SLOPE * length).min(RATIO * depth);
                 if limit < self.depths[to as usize] {
                     self.depths[to as usize] = limit;
                     changed.push(to as usize);
@@ -209,7 +226,7 @@ impl Field {
     }
 
     /// Limits the local depth to [`OF_RADIUS`] of the radius of curvature along every edge.
-    fn limit_by_radius(&mut self, triangles: &[super::MeshTriangle]) {
+    fn limit_by_radius(&mut self, triangles: &[MeshTriangle]) {
         for triangle in triangles {
             for side in 0..3 {
                 let [a, b] = [1, 2].map(|i| &triangle.corners[(side + i) % 3]);
@@ -227,8 +244,10 @@ impl Field {
     }
 
     /// Removes the bends of the surface along edges whose middle is further than [`BULGE`] of
-    /// the local depth from the straight edge, where that depth is reduced.
-    fn remove_large_bends(&self, parts: &mut Parts<'_>) {
+    /// the local depth from the straight edge, where that depth is reduced. Returns the
+    /// triangles that this changes.
+    fn remove_large_bends(&self, parts: &mut Parts<'_>) -> Vec<usize> {
+        let mut changed = Vec::new();
         for (index, triangle) in parts.triangles.iter().enumerate() {
             let depths = triangle
                 .corners
@@ -239,9 +258,12 @@ impl Field {
                 // In the middle of the edge: E / 4.
                 if least < self.depth && 0.25 * bend.length() > BULGE * least {
                     *bend = DVec3::ZERO;
+                    changed.push(index);
                 }
             }
         }
+        changed.dedup();
+        changed
     }
 
     fn report(&self, mesh: &Mesh) -> Option<LocalDepth> {
@@ -278,7 +300,7 @@ impl Field {
 }
 
 /// Returns every edge in both directions, with its length, sorted.
-fn edges(triangles: &[super::MeshTriangle]) -> Vec<(u32, u32, f64)> {
+fn edges(triangles: &[MeshTriangle]) -> Vec<(u32, u32, f64)> {
     let mut edges: Vec<(u32, u32, f64)> = triangles
         .par_iter()
         .flat_map_iter(|triangle| {
@@ -295,24 +317,40 @@ fn edges(triangles: &[super::MeshTriangle]) -> Vec<(u32, u32, f64)> {
     edges
 }
 
-/// Reduces the local depth until no prism folds.
+/// Returns the largest local depth over a triangle as a share of the depth at which its
+/// prism folds.
+fn largest_share(triangle: &MeshTriangle) -> f64 {
+    let normal = area_normal(triangle.corners.map(|corner| corner.position)).normalize_or_zero();
+    let is_flat = |corner: &MeshCorner| corner.normal.dot(normal) >= FLAT;
+    if triangle.corners.iter().all(is_flat) {
+        LARGEST
+    } else {
+        OF_RADIUS
+    }
+}
+
+/// Reduces the local depth until none of the `suspects` and their neighbours folds.
 ///
 /// A prism that folds however thin it is gets flat: first its surface loses its
 /// bends, then it stands alone, with its facet's normal.
-fn unfold(parts: &mut Parts<'_>, field: &mut Field) {
-    let at_position = triangles_at(parts, field.depths.len());
-    let mut suspects: Vec<usize> = (0..parts.triangles.len()).collect();
+fn unfold(
+    parts: &mut Parts<'_>,
+    field: &mut Field,
+    at_position: &AtPosition,
+    mut suspects: Vec<usize>,
+) {
     for round in 0.. {
         let folding: Vec<(usize, f64)> = suspects
             .par_iter()
             .filter_map(|&index| {
                 let prism = parts.prism(index, field.shares(parts, index));
+                let share = largest_share(&parts.triangles[index]);
                 // Most prisms are far from folding: the first test is cheap.
-                if LARGEST * prism.safe_depth() > field.depth {
+                if share * prism.safe_depth() > field.depth {
                     return None;
                 }
-                let largest = prism.largest_depth();
-                (LARGEST * largest <= field.depth).then_some((index, largest))
+                let largest = share * prism.largest_depth();
+                (largest <= field.depth).then_some((index, largest))
             })
             .collect();
         if folding.is_empty() {
@@ -328,8 +366,10 @@ fn unfold(parts: &mut Parts<'_>, field: &mut Field) {
             if largest > 0.0 && !is_least && round < ROUNDS {
                 let factor = (GIVEN * largest / field.depth).max(LEAST_FACTOR);
                 reduced.extend(positions.map(|position| (position, factor)));
-            } else if !parts.straighten(index, &at_position, &mut flattened) {
+            } else if !parts.straighten(index, at_position, &mut flattened) {
                 parts.set_apart(index, &mut flattened);
+                // Its sides are open: as little as possible is seen through them.
+                reduced.extend(positions.map(|position| (position, 0.0)));
             }
         }
         // A position is reduced once, by the triangle that needs it most.
