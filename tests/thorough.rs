@@ -19,6 +19,7 @@ mod sources;
 mod specialization;
 mod structure;
 mod techniques;
+mod torture;
 mod twins;
 mod validation;
 mod variants;

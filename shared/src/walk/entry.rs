@@ -34,6 +34,12 @@ const RETRIES: u32 = 6;
 /// Maximum number of steps until the ray comes in.
 const OUTSIDE_STEPS: u32 = 32;
 
+/// Error of the bend, relative to it, before a ray counts as passing by.
+const BEND_DOUBT: Real = 0.25;
+
+/// Least share of the way through the hull for which the second order must hold.
+const TRUSTED: Real = 0.25;
+
 /// Error of the second order from end to end of a prism: in weights or δ, and relative
 /// to the bend.
 const DOUBT: Real = 0.05;
@@ -127,7 +133,7 @@ impl State {
         let w = weights(self.predicted(h), 1.0);
         let a = weights(self.acceleration, 0.0);
         let third_order = self.third_order * inverse_altitude * h;
-        let doubt = |a: Real| DOUBT + (DOUBT * abs(a) + third_order) * h * h;
+        let doubt = |a: Real| DOUBT + (BEND_DOUBT * abs(a) + third_order) * h * h;
         w.x < -doubt(a.x) || w.y < -doubt(a.y) || w.z < -doubt(a.z)
     }
 }
@@ -275,6 +281,8 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let mut retried = 0;
         // The last step from where Newton's method held; 0 before the first one.
         let mut last: Real = 0.0;
+        // The last step nearer; 0 after others.
+        let mut jump: Real = 0.0;
         let mut found = false;
         let mut in_shell = false;
         let mut over = false;
@@ -293,7 +301,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 turns += 1;
                 let rest = span - at.t;
                 let within = at.state.within(aim.opening);
-                let arrived = aim.is_reached(within.0);
+                let arrived = at.regular && aim.is_reached(within.0);
                 let mut h = FAR;
                 if arrived {
                     found = at.state.comes_in(aim.opening, overlap);
@@ -303,26 +311,26 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 let is_astray = h >= FAR || at.t + h < -shortest;
                 // From far away Newton's method misses the prism: start nearer. After a step
                 // that was too long go back.
-                let overshot = last != 0.0 && (!at.regular || (is_astray && within.0 > 0.0));
-                let retries =
-                    is_closed && (overshot || !at.regular) && !arrived && retried < RETRIES;
+                let longest = max(abs(last), jump);
+                let overshot =
+                    (last != 0.0 && !at.regular) || (longest > 0.0 && is_astray && within.0 > 0.0);
+                // Through an open side the ray may come in before: only if all else fails.
+                let is_lost = overshot || !at.regular;
+                let may_retry = is_lost && (is_closed || last == 0.0);
+                let mut retries = may_retry && !arrived && retried < RETRIES;
                 if retries {
                     retried += 1;
-                    h = if overshot {
-                        -0.5 * abs(last)
-                    } else {
-                        0.5 * rest
-                    };
+                    h = if overshot { -0.5 * longest } else { 0.5 * rest };
                     aim = Aim {
                         opening: CAP,
-                        tries: 0,
+                        tries: TRIES,
                     };
                 } else if is_astray {
                     let passed = if arrived { aim.opening } else { NONE };
                     let (time, opening) = at.state.next_opening(data.neighbours, passed, rest);
                     h = time;
                     aim = Aim { opening, tries: 0 };
-                    if h >= FAR && is_closed {
+                    if is_closed && (h >= FAR || at.state.predicted(h).z < -DOUBT) {
                         // Only as far as the second order says so.
                         let scale = max(data.inverse_altitude, abs(at.state.velocity.z));
                         let doubt = at.state.third_order * scale;
@@ -330,7 +338,16 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                         while doubt * trusted * trusted * trusted > DOUBT {
                             trusted *= 0.5;
                         }
-                        if trusted < rest {
+                        if trusted < TRUSTED * rest && retried < RETRIES {
+                            // It says next to nothing: start nearer.
+                            retried += 1;
+                            retries = true;
+                            h = 0.5 * rest;
+                            aim = Aim {
+                                opening: CAP,
+                                tries: TRIES,
+                            };
+                        } else if h >= FAR && trusted < rest {
                             h = max(trusted, shortest);
                         }
                     }
@@ -364,7 +381,8 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                         at = there;
                         found = true;
                     }
-                    over = found || is_closed;
+                    // Nothing follows from a near miss.
+                    over = found || (is_closed && abs(c) <= ARRIVED);
                 }
                 let h = if abs(h_inside) < shortest {
                     shortest
@@ -372,6 +390,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     h_inside
                 };
                 last = if at.regular || overshot { h } else { 0.0 };
+                jump = if retries { abs(h) } else { 0.0 };
                 t = at.t + h;
                 guess = if retries {
                     rough_parameters(data, hull_origin + at.direction * t)

@@ -285,7 +285,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     // Through the cap, unless the ray only came near to it. Above the
                     // neighbour's cap: entry there is handled by the neighbouring prism.
                     let least = if bound == CAP { LEFT } else { -5.0 * ARRIVED };
-                    let folds = !at.regular && bound == NONE;
+                    let folds = !at.regular && bound != CAP;
                     over = if at.regular {
                         at.state.x.z < least
                     } else {
