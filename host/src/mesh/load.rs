@@ -55,7 +55,8 @@ impl Mesh {
             MeshSource::Data(data) => (Path::new(&data.name), data.source(options.limit())?),
         };
         let bounds = prepare::bounds(&source, path, options)?;
-        if is_wanted(&bounds) {
+        // How far a raised surface reaches is not known before.
+        if options.raise > 0.0 || is_wanted(&bounds) {
             prepare::prepare(&source, path, options).map(Ok)
         } else {
             Ok(Err(bounds))

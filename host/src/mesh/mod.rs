@@ -5,7 +5,8 @@
 //! Preparation runs in f64 and its result does not depend on the number of
 //! threads. The steps: read, transform, weld positions, drop degenerate
 //! triangles, project texture coordinates if asked, align the winding, compute
-//! missing normals between creases, compute tangent frames by MikkTSpace, fit quadrics.
+//! missing normals between creases, compute tangent frames by MikkTSpace, fit quadrics,
+//! and raise the surface if asked.
 //!
 //! ```
 //! use relievo::mesh::{Mesh, MeshData, MeshOptions, Projection};
@@ -41,6 +42,7 @@ mod orient;
 mod prepare;
 mod prism;
 mod projection;
+mod raise;
 mod raw;
 mod scan;
 mod source;

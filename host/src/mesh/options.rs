@@ -25,6 +25,9 @@ pub struct MeshOptions {
     /// Largest angle between two triangles whose edge is smooth where the mesh has
     /// no normals, in degrees from 0 to 180.
     pub crease_angle: f64,
+    /// How far the surface is moved outward, in object units, ≥ 0: columns of that depth
+    /// then rise from the mesh.
+    pub raise: f64,
     /// Maximum number of triangles; values above 2²⁸ are reduced to it.
     pub triangle_limit: usize,
     /// Maximum size of the file and its buffers, in bytes. Larger files are not
@@ -47,6 +50,7 @@ impl Default for MeshOptions {
             rotation: DQuat::IDENTITY,
             translation: DVec3::ZERO,
             crease_angle: DEFAULT_CREASE_ANGLE,
+            raise: 0.0,
             triangle_limit: 1 << 26,
             byte_limit: 4 << 30,
         }

@@ -110,7 +110,7 @@ pub(super) fn prepare(
         largest_curvature: curvatures().fold(f64::NEG_INFINITY, f64::max),
     };
     tracing::debug!(path = %path.display(), triangles = triangles.len(), ?report, "mesh prepared");
-    Ok(Mesh {
+    let mesh = Mesh {
         bounds: Bounds::of(corners().map(|corner| corner.position)),
         position_count: surface
             .valences()
@@ -119,7 +119,13 @@ pub(super) fn prepare(
             .count(),
         triangles,
         report,
-    })
+        raised_by: None,
+    };
+    if options.raise > 0.0 {
+        mesh.raised(options.raise, path)
+    } else {
+        Ok(mesh)
+    }
 }
 
 /// Returns the bounding box of all positions after the transform.

@@ -1,9 +1,12 @@
 //! The prepared mesh that renderers read.
 
+use std::sync::Arc;
+
 use glam::{DVec2, DVec3};
 
 use super::bounds::Bounds;
 use super::curvature::Quadric;
+use super::prism::Shell;
 
 /// A mesh prepared for rendering.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +20,8 @@ pub struct Mesh {
     pub position_count: usize,
     /// Changes made during preparation, and the range of curvatures.
     pub report: MeshReport,
+    /// The shell between a raised surface and the mesh below it.
+    pub(super) raised_by: Option<Arc<Shell>>,
 }
 
 /// Changes made to a mesh during preparation, and its range of curvatures.

@@ -113,6 +113,7 @@ fn mesh_options(object: &SceneObject) -> MeshOptions {
         rotation: rotation(object.rotate),
         translation: DVec3::from(object.translate),
         crease_angle: object.crease_angle,
+        raise: object.depth.filter(|_| object.raised).unwrap_or(0.0),
         ..MeshOptions::default()
     }
 }

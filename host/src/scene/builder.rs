@@ -172,6 +172,8 @@ setters! {
     steps: u32;
     /// Sets the largest number of bisections, 0…64.
     bisections: u32;
+    /// Sets whether columns rise from the mesh in place of being cut into it.
+    raised: bool;
     /// Sets whether there is no floor.
     cut_out: bool;
     /// Sets whether columns cast shadows on the object.

@@ -131,6 +131,10 @@ fn object(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
         }
         ranges(lettering, TEXT, &format!("{prefix}shape."))?;
     }
+    if object.raised && object.depth.is_none() {
+        let problem = "needs to know how far: write depth, world units";
+        return wrong("raised", problem);
+    }
     let reduction = object.map.reduction;
     if !reduction.is_power_of_two() {
         let problem = format!("is {reduction}; it is a power of two");

@@ -138,6 +138,8 @@ pub struct SceneObject {
     pub steps: u32,
     /// Largest number of bisections after it.
     pub bisections: u32,
+    /// Whether columns rise from the mesh in place of being cut into it; needs a `depth`.
+    pub raised: bool,
     /// Whether there is no floor.
     pub cut_out: bool,
     /// Whether columns cast shadows on the object they stand on.
@@ -182,6 +184,7 @@ impl Default for SceneObject {
             slack: 0.0,
             steps,
             bisections,
+            raised: false,
             cut_out: false,
             self_shadow: false,
             projection: None,

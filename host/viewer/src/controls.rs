@@ -210,6 +210,9 @@ impl<'a> Controls<'a> {
             }
             controls.technique(object);
             controls.parts("repeat", ["u", "v"], &mut object.repeat);
+            if object.depth.is_some() {
+                controls.flag("Rise from the mesh", &mut object.raised);
+            }
             controls.flag("Cut out (no floor)", &mut object.cut_out);
             controls.flag("Invert the pattern", &mut object.invert);
             controls.flag("Shadows on itself", &mut object.self_shadow);

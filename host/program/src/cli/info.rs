@@ -115,7 +115,7 @@ fn show(
         say(format_args!("  shape {}: {}", object.shape, describe(map)))?;
         let parameters = &prepared.parameters;
         say(format_args!(
-            "  extrusion: repeat {:?}, depth {}, e {}, b {}, c {}, {:?}, {} steps and {} bisections{}",
+            "  extrusion: repeat {:?}, depth {}, e {}, b {}, c {}, {:?}, {} steps and {} bisections{}{}",
             object.repeat,
             parameters.depth,
             parameters.extension,
@@ -124,7 +124,8 @@ fn show(
             object.tier,
             parameters.linear_steps,
             parameters.binary_steps,
-            if object.cut_out { ", cut out" } else { "" }
+            if object.cut_out { ", cut out" } else { "" },
+            if object.raised { ", raised" } else { "" }
         ))?;
     }
     say(format_args!(

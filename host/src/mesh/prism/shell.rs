@@ -17,10 +17,13 @@ const SLOPE: f64 = 0.25;
 /// prism is far from linear, and rays get lost.
 const RATIO: f64 = 8.0;
 
-/// Largest local depth, as a share of the radius of curvature along an edge, and of the
-/// depth at which the prism over a curved triangle folds. Deeper, columns are pinched, and a
-/// quadric says too little about the way of a ray.
+/// Largest local depth, as a share of the radius of curvature along an edge. Deeper, columns
+/// are pinched, and a quadric says too little about the way of a ray.
 const OF_RADIUS: f64 = 0.45;
+
+/// Largest local depth, as a share of the depth at which the prism over a curved triangle
+/// folds: a little more than [`OF_RADIUS`], which is the limit where the surface is smooth.
+const CURVED: f64 = 0.46;
 
 /// Largest local depth, as a share of the depth at which the prism over a flat triangle
 /// folds: it is only sheared.
@@ -51,7 +54,7 @@ pub(crate) const SHALLOWEST: f64 = 3e-5;
 /// every position (section 6 of docs/algorithm.md).
 ///
 /// h is at most half the way to the opposite wall, so that opposite floors do not
-/// meet, 45 % of the radius of curvature, and 90 % of the depth at which a prism folds, 45 %
+/// meet, 45 % of the radius of curvature, and 90 % of the depth at which a prism folds, 46 %
 /// where it is curved. It
 /// changes by at most a quarter of an edge's length along the edge, and to at most eight
 /// times as much. It is S_z where nothing
@@ -79,7 +82,8 @@ pub struct LocalDepth {
 }
 
 impl Mesh {
-    /// Computes the shell for a `depth` > 0, in object units.
+    /// Computes the shell for a `depth` > 0, in object units. That of a mesh whose surface is
+    /// raised is known: it reaches down to the mesh, whatever the `depth`.
     ///
     /// ```
     /// use relievo::mesh::{Mesh, MeshData, MeshOptions, Projection};
@@ -101,6 +105,9 @@ impl Mesh {
     /// # Ok::<(), relievo::mesh::MeshError>(())
     /// ```
     pub fn shell(&self, depth: f64) -> Shell {
+        if let Some(shell) = &self.raised_by {
+            return Shell::clone(shell);
+        }
         let mut parts = Parts::new(&self.triangles);
         let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
         let count = corners
@@ -325,7 +332,7 @@ fn largest_share(triangle: &MeshTriangle) -> f64 {
     if triangle.corners.iter().all(is_flat) {
         LARGEST
     } else {
-        OF_RADIUS
+        CURVED
     }
 }
 

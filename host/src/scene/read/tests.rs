@@ -104,6 +104,7 @@ fn mistakes_name_line_and_key() {
         ),
         (object("tolerance = 0.1"), "line 4", "accurate"),
         (object("crease_angle = 181"), "line 4", "crease_angle"),
+        (object("raised = true"), "line 4", "write depth"),
         (
             object("tier = \"accurate\"\ntolerance = 0"),
             "line 5",

@@ -163,7 +163,7 @@ fn object() -> impl Strategy<Value = SceneObject> {
         prop::option::of(prop::sample::select(&Projection::ALL[..])),
         number(0.0, 180.0),
         1..=255_u8,
-        any::<[bool; 3]>(),
+        any::<[bool; 4]>(),
     );
     let material = (
         prop::array::uniform4(color()),
@@ -173,8 +173,13 @@ fn object() -> impl Strategy<Value = SceneObject> {
     (searched(), names, placed, pattern, material).prop_map(
         |(searched, (name, mesh, shape), placed, pattern, material)| {
             let (repeat, depth, scale, rotate, translate) = placed;
-            let (raster, projection, crease_angle, threshold, [cut_out, self_shadow, invert]) =
-                pattern;
+            let (
+                raster,
+                projection,
+                crease_angle,
+                threshold,
+                [cut_out, self_shadow, invert, raised],
+            ) = pattern;
             let ([cap, wall, bevel, floor], specular, shininess) = material;
             let mesh = MeshSource::File(mesh);
             SceneObject {
@@ -184,6 +189,7 @@ fn object() -> impl Strategy<Value = SceneObject> {
                 raster,
                 repeat,
                 depth,
+                raised: raised && depth.is_some(),
                 cut_out,
                 self_shadow,
                 projection,
