@@ -11,6 +11,7 @@
 //! wall, N is shorter: see [`Shell`].
 
 mod clearance;
+mod data;
 mod depth;
 mod mitre;
 mod quadratic;
@@ -26,9 +27,9 @@ use super::surface::area_normal;
 use super::triangles::{Mesh, MeshCorner, MeshTriangle};
 use mitre::mitre;
 
+pub use data::{LocalDepth, MeshPrism, Shell};
 pub(crate) use quadratic::Quadratic;
 pub(crate) use shell::SHALLOWEST;
-pub use shell::{LocalDepth, Shell};
 
 /// A prism is folded where the determinant of its map is at most this fraction of
 /// the flat prism's.
@@ -38,30 +39,6 @@ pub(crate) const FOLDED: f64 = 1e-3;
 /// its ends. Where these or the corner normals differ too much, the prism's depth
 /// cannot be kept.
 const LEAST_HEIGHT: f64 = 0.25;
-
-/// The curved prism over one triangle: the points S(w) − d N(w) at the depths d
-/// ≥ 0 in object units, with S and N of degree two in the barycentric weights w1
-/// and w2 of the second and the third corner (section 6 of docs/algorithm.md).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct MeshPrism {
-    /// Position of the first corner, in object units. `surface` is relative to it.
-    pub anchor: DVec3,
-    /// S without its constant, which is 0: the coefficients of w1, w2, w1²,
-    /// w1 w2, w2², in object units.
-    pub surface: [DVec3; 5],
-    /// N: the coefficients of 1, w1, w2, w1², w1 w2, w2². Of length 1 at corners
-    /// and edge midpoints of a smooth surface; at hard edges longer, so that the
-    /// floor is about parallel to the faces around. Where the local depth is less
-    /// than the object's, it is shorter in proportion.
-    pub normal: [DVec3; 6],
-    /// The local depth at each corner as a share of the shell's, at most 1.
-    pub shares: [f64; 3],
-    /// Unit normals of the corners: those of the mesh.
-    pub corner_normals: [DVec3; 3],
-    /// For each corner, the neighbour at the opposite side: 4 × its index + the
-    /// index of its corner opposite to the same side; or [`NO_NEIGHBOUR`].
-    pub neighbours: [u32; 3],
-}
 
 impl MeshPrism {
     /// Returns the prism with its floor at `depth`, in object units, as its surface, and its

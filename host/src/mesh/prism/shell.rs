@@ -4,7 +4,8 @@ use std::collections::BinaryHeap;
 
 use rayon::prelude::*;
 
-use super::{Bend, MeshPrism, Parts, clearance};
+use super::data::{LocalDepth, MeshPrism, Shell};
+use super::{Bend, Parts, clearance};
 use crate::mesh::surface::area_normal;
 use crate::mesh::triangles::{Mesh, MeshCorner, MeshTriangle};
 use glam::DVec3;
@@ -49,37 +50,6 @@ const ROUNDS: usize = 24;
 /// The least local depth as a share of the mesh's diagonal. Below it the rounding
 /// of δ shows, and rays get lost.
 pub(crate) const SHALLOWEST: f64 = 3e-5;
-
-/// The curved prisms of a mesh for a depth S_z, with a *local depth* h ≤ S_z at
-/// every position (section 6 of docs/algorithm.md).
-///
-/// h is at most half the way to the opposite wall, so that opposite floors do not
-/// meet, 45 % of the radius of curvature, and 90 % of the depth at which a prism folds, 46 %
-/// where it is curved. It
-/// changes by at most a quarter of an edge's length along the edge, and to at most eight
-/// times as much. It is S_z where nothing
-/// limits it.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Shell {
-    /// The largest local depth, in object units: the depth asked for, or less where it
-    /// is reduced everywhere. The prisms are that deep.
-    pub depth: f64,
-    /// The prisms, one for each triangle. None folds at depths up to `depth`.
-    pub prisms: Vec<MeshPrism>,
-    /// Where the local depth is less than S_z; `None` if it is so nowhere.
-    pub local_depth: Option<LocalDepth>,
-}
-
-/// How far the local depth of a [`Shell`] is less than the object's.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LocalDepth {
-    /// Share of the area of triangles with a reduced depth at a corner, 0 to 1.
-    pub share: f64,
-    /// The least local depth, in object units.
-    pub least: f64,
-    /// The median of the local depth over the reduced area, in object units.
-    pub median: f64,
-}
 
 impl Mesh {
     /// Computes the shell for a `depth` > 0, in object units. That of a mesh whose surface is
