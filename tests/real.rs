@@ -66,6 +66,10 @@ const PROMISES: [Promise; 5] = [
     },
 ];
 
+/// Rotations of a mesh in front of the camera, which is in front, on the right and above:
+/// sheets face it.
+pub const VIEWS: [[f64; 3]; 3] = [[0.0; 3], [30.0, 45.0, 0.0], [-25.0, 20.0, 140.0]];
+
 /// Pixels.
 const INNER: i32 = 6;
 
@@ -159,8 +163,7 @@ fn scene(path: &Path, tier: Tier, view: usize, size: [u32; 2]) -> Scene {
     );
     let mut scene = Scene::parse(&text, &asset("patterns/scene.toml")).unwrap();
     scene.objects[0].mesh = MeshSource::File(path.to_path_buf());
-    // Sheets face the camera, which is in front, on the right and above.
-    scene.objects[0].rotate = [[0.0; 3], [30.0, 45.0, 0.0], [-25.0, 20.0, 140.0]][view];
+    scene.objects[0].rotate = VIEWS[view];
     scene
 }
 
@@ -278,21 +281,25 @@ fn draw(scene: &Scene) -> (PreparedScene, GeometryWords) {
     (prepared, words)
 }
 
+/// Returns the truth of a scene in the accurate tier, and the tier's agreement with it.
+fn accurate(scene: &Scene) -> (Truth, Accuracy) {
+    let (prepared, words) = draw(scene);
+    let eye = glam::DVec3::from(prepared.camera.eye);
+    let truth = Truth::of(&MeshOracle::new(&prepared), eye, &prepared.frame);
+    let accuracy = truth.compare(&words);
+    (truth, accuracy)
+}
+
 /// Returns the agreement of the fast and the accurate tier with the mesh oracle, and the
 /// number of pixels far inside the planar tier's outline and of those that the oracle hits
 /// and the fast tier does not.
 pub fn compare(scene_of: impl Fn(Tier) -> Scene) -> ([Accuracy; 2], [usize; 2]) {
-    let (prepared, accurate) = draw(&scene_of(Tier::Accurate));
-    let eye = glam::DVec3::from(prepared.camera.eye);
-    let truth = Truth::of(&MeshOracle::new(&prepared), eye, &prepared.frame);
+    let (truth, accurate) = accurate(&scene_of(Tier::Accurate));
     let (_, fast) = draw(&scene_of(Tier::Fast));
     let inside = inside(&draw(&scene_of(Tier::Planar)).1);
     let is_lost = |i: &&usize| truth.samples[**i].is_hit() && fast.class(**i) == CLASS_MISS;
     let lost = inside.iter().filter(is_lost).count();
-    (
-        [truth.compare(&fast), truth.compare(&accurate)],
-        [inside.len(), lost],
-    )
+    ([truth.compare(&fast), accurate], [inside.len(), lost])
 }
 
 /// The two tiers against the mesh oracle, from three sides.
@@ -347,12 +354,10 @@ fn columns_rise_from_the_named_meshes() {
         let Some(path) = all.iter().find(|path| path.ends_with(name)) else {
             continue;
         };
-        let ([_, accurate], _) = compare(|tier| {
-            let mut scene = scene(path, tier, 0, [400, 300]);
-            scene.objects[0].depth = Some(depth);
-            scene.objects[0].raised = true;
-            scene
-        });
+        let mut scene = scene(path, Tier::Accurate, 0, [400, 300]);
+        scene.objects[0].depth = Some(depth);
+        scene.objects[0].raised = true;
+        let (_, accurate) = accurate(&scene);
         println!("{name} raised: {accurate:?}");
         assert!(accurate.silhouette_iou >= 0.999, "{name}: {accurate:?}");
         assert_eq!(accurate.interior_holes, 0, "{name}: {accurate:?}");

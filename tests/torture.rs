@@ -4,7 +4,7 @@
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
-use crate::real::compare;
+use crate::real::{VIEWS, compare};
 use glam::{DVec3, Vec3Swizzles};
 use relievo::mesh::{MeshData, Projection};
 use relievo::scene::{Scene, SceneObject, Tier};
@@ -98,18 +98,11 @@ fn cuts() -> MeshData {
 
 /// A ball whose vertices are moved by up to 8 % of the radius.
 fn noise() -> MeshData {
-    let mut seed = 1_u64;
-    let mut random = move || {
-        // A linear congruential generator (Knuth's MMIX).
-        seed = seed
-            .wrapping_mul(6_364_136_223_846_793_005)
-            .wrapping_add(1_442_695_040_888_963_407);
-        (seed >> 40) as f64 / (1 << 24) as f64 - 0.5
-    };
+    let mut random = fastrand::Rng::with_seed(1);
     let ball = marched("noise", 16, |p| p.length() - 0.8);
     let moved = ball.positions.iter().map(|position| {
         let p = DVec3::from(*position);
-        (p * (1.0 + 0.16 * random())).to_array()
+        (p * (1.0 + 0.16 * (random.f64() - 0.5))).to_array()
     });
     MeshData::new("noise", moved.collect::<Vec<_>>(), ball.triangles)
 }
@@ -196,7 +189,7 @@ fn cubes() -> MeshData {
 fn tortures_are_carved_whole() {
     let mut broken = Vec::new();
     for mesh in [gyroid(), cuts(), noise(), plate(), band(), cubes()] {
-        for rotate in [[0.0; 3], [30.0, 45.0, 0.0], [-25.0, 20.0, 140.0]] {
+        for rotate in VIEWS {
             let ([fast, accurate], [pixels, lost]) = compare(|tier: Tier| {
                 let object = SceneObject::new(mesh.clone(), asset("patterns/discs.png"))
                     .repeat(12, 8)

@@ -147,12 +147,13 @@ fn islands(surface: &Surface) -> Vec<Island> {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use super::*;
     use glam::DVec2;
 
-    /// A cube of half the side `size` around `centre`, seen from outside.
-    fn cube(size: f64, centre: DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>) {
+    /// Returns the positions and triangles of the cube with the corners `centre` ± `size`.
+    /// Each two triangles are a face: −x, +x, −y, +y, −z, +z.
+    pub(in crate::mesh) fn cube(size: f64, centre: DVec3) -> (Vec<DVec3>, Vec<[u32; 3]>) {
         let positions = (0..8)
             .map(|i| {
                 centre

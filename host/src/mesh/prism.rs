@@ -44,7 +44,7 @@ impl MeshPrism {
     /// Returns the prism with its floor at `depth`, in object units, as its surface, and its
     /// surface as its floor. The triangle runs the other way round.
     pub(crate) fn upside_down(&self, depth: f64) -> MeshPrism {
-        let swapped = |[a, b, c]: [DVec3; 3]| [a, c, b];
+        let [normal, next_normal, previous_normal] = self.corner_normals;
         let [_, normals @ ..] = self.normal;
         let floor: [DVec3; 5] = std::array::from_fn(|i| self.surface[i] - depth * normals[i]);
         let [first, second, first_first, first_second, second_second] = floor;
@@ -56,7 +56,7 @@ impl MeshPrism {
             surface: [second, first, second_second, first_second, first_first],
             normal: [-n, -n2, -n1, -n22, -n12, -n11],
             shares: [share, previous_share, next_share],
-            corner_normals: swapped(self.corner_normals.map(|normal| -normal)),
+            corner_normals: [-normal, -previous_normal, -next_normal],
             // Corners 1 and 2 of the neighbour change places too.
             neighbours: [here, previous, next].map(|link| match link {
                 NO_NEIGHBOUR => link,

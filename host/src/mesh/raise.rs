@@ -8,9 +8,8 @@ use glam::DVec3;
 use super::error::MeshError;
 use super::options::MeshOptions;
 use super::prepare::prepare;
-use super::prism::Shell;
 use super::raw::{Corner, RawMesh};
-use super::triangles::{Mesh, MeshTriangle};
+use super::triangles::{Mesh, MeshReport, MeshTriangle};
 
 impl Mesh {
     /// Returns the mesh with its surface moved outward by `height` > 0, in object units.
@@ -21,11 +20,15 @@ impl Mesh {
     pub(super) fn raised(&self, height: f64, path: &Path) -> Result<Mesh, MeshError> {
         let inside_out = Mesh {
             triangles: self.triangles.iter().map(inside_out).collect(),
-            ..self.clone()
+            raised_by: None,
+            ..*self
         };
-        let shell = inside_out.shell(height);
-        let count = self.triangles.iter().flat_map(|triangle| triangle.corners);
-        let count = count.map(|corner| corner.position_index + 1).max();
+        let mut shell = inside_out.shell(height);
+        for prism in &mut shell.prisms {
+            *prism = prism.upside_down(shell.depth);
+        }
+        let corners = self.triangles.iter().flat_map(|triangle| &triangle.corners);
+        let count = corners.map(|corner| corner.position_index + 1).max();
         let mut raw = RawMesh {
             positions: vec![DVec3::ZERO; count.unwrap_or(0) as usize],
             normals: Vec::with_capacity(3 * self.triangles.len()),
@@ -34,13 +37,11 @@ impl Mesh {
             face_without_uvs: None,
         };
         for (triangle, prism) in self.triangles.iter().zip(&shell.prisms) {
-            let prism = prism.upside_down(shell.depth);
-            let raised = prism.corners().map(|corner| prism.anchor + corner);
-            let mut corners = triangle.corners.iter().zip(raised);
-            raw.triangles.push(std::array::from_fn(|_| {
-                let (corner, raised) = corners.next().expect("three corners");
+            let raised = prism.corners();
+            raw.triangles.push(std::array::from_fn(|i| {
+                let corner = &triangle.corners[i];
                 let index = raw.normals.len() as u32;
-                raw.positions[corner.position_index as usize] = raised;
+                raw.positions[corner.position_index as usize] = prism.anchor + raised[i];
                 raw.normals.push(corner.normal);
                 raw.uvs.push(corner.uv);
                 Corner {
@@ -51,16 +52,11 @@ impl Mesh {
             }));
         }
         let raised = prepare(&raw, path, &MeshOptions::default())?;
-        let prisms = shell.prisms.iter();
-        let shell = Shell {
-            prisms: prisms.map(|prism| prism.upside_down(shell.depth)).collect(),
-            ..shell
-        };
         // Triangles without area are left out, in a valley that is closed.
         let is_whole = raised.triangles.len() == shell.prisms.len();
         Ok(Mesh {
             raised_by: is_whole.then(|| Arc::new(shell)),
-            report: super::MeshReport {
+            report: MeshReport {
                 smallest_curvature: raised.report.smallest_curvature,
                 largest_curvature: raised.report.largest_curvature,
                 ..self.report
@@ -81,6 +77,7 @@ fn inside_out(triangle: &MeshTriangle) -> MeshTriangle {
 
 #[cfg(test)]
 mod tests {
+    use super::super::orient::tests::cube;
     use super::super::{MeshData, Projection};
     use super::*;
 
@@ -97,17 +94,9 @@ mod tests {
 
     #[test]
     fn the_faces_of_a_cube_move_out_and_keep_their_uvs() {
-        let corner = |i: u32| [i & 1, i >> 1 & 1, i >> 2].map(f64::from);
-        let quads = [
-            [0, 2, 3, 1],
-            [4, 5, 7, 6],
-            [0, 1, 5, 4],
-            [2, 6, 7, 3],
-            [0, 4, 6, 2],
-            [1, 3, 7, 5],
-        ];
-        let triangles = quads.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).concat();
-        let cube = |raise: f64| mesh((0..8).map(corner).collect(), triangles.clone(), raise);
+        let (positions, triangles) = cube(0.5, DVec3::splat(0.5));
+        let positions: Vec<[f64; 3]> = positions.iter().map(DVec3::to_array).collect();
+        let cube = |raise: f64| mesh(positions.clone(), triangles.clone(), raise);
         let (plain, raised) = (cube(0.0), cube(0.25));
         assert!(
             (raised.bounds.min + 0.25).length() < 1e-9,

@@ -268,7 +268,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
     key!(SceneObject, "map_reduction", map.reduction: u32, "Pixels of the pattern along each side of a texel; a power of two.")
         .range(1.0, 4096.0)
         .planned(),
-    key!(SceneObject, "raised", raised: bool, "Lets columns rise from the mesh by `depth`, which must be there: the mesh is the floor."),
+    key!(SceneObject, "raised", raised: bool, "Lets columns rise from the mesh, which is their floor; needs `depth`."),
     key!(SceneObject, "cut_out", cut_out: bool, "Leaves out the floor: only the columns remain."),
     key!(SceneObject, "self_shadow", self_shadow: bool, "Lets columns cast shadows on the object they stand on."),
     key!(SceneObject, "projection", projection: Option<Projection>, "Texture coordinates in place of the mesh's own.")

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use glam::{DVec2, Vec3Swizzles};
 
-use super::super::MeshOptions;
+use super::super::{MeshOptions, orient};
 use super::*;
 
 fn asset(name: &str) -> Mesh {
@@ -66,18 +66,11 @@ fn sphere(count: usize) -> Mesh {
 
 /// The cube with the corners ±1; its edges are hard unless `smooth`.
 fn cube(smooth: bool) -> Mesh {
-    let positions: Vec<DVec3> = (0..8)
-        .map(|i| DVec3::from([4, 2, 1].map(|bit| if i & bit > 0 { 1.0 } else { -1.0 })))
+    let (positions, triangles) = orient::tests::cube(1.0, DVec3::ZERO);
+    let triangles: Vec<_> = triangles
+        .iter()
+        .map(|triangle| triangle.map(|vertex| vertex as usize))
         .collect();
-    let quads = [
-        [0, 1, 3, 2],
-        [4, 6, 7, 5],
-        [0, 4, 5, 1],
-        [2, 3, 7, 6],
-        [0, 2, 6, 4],
-        [1, 5, 7, 3],
-    ];
-    let triangles = quads.map(|[a, b, c, d]| [[a, b, c], [a, c, d]]).concat();
     mesh(&positions, &triangles, |index, position| {
         let axis = index / 4;
         let face = DVec3::AXES[axis] * position[axis];
