@@ -4,6 +4,7 @@
 use glam::{DMat3, DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::corners_at::CornersAt;
 use super::surface::Surface;
 use super::tangents::TangentFrame;
 
@@ -82,8 +83,12 @@ struct Group {
 ///
 /// A group whose neighbours do not determine a fit takes the mean of their
 /// tensors, or is flat if they have none.
-pub(super) fn quadrics(surface: &Surface, frames: &[[TangentFrame; 3]]) -> Vec<[Quadric; 3]> {
-    let groups = group_corners(surface);
+pub(super) fn quadrics(
+    surface: &Surface,
+    corners_at: &CornersAt,
+    frames: &[[TangentFrame; 3]],
+) -> Vec<[Quadric; 3]> {
+    let groups = group_corners(surface, corners_at);
     let mut group_of_corner = vec![0_u32; 3 * surface.faces.len()];
     for (index, group) in groups.iter().enumerate() {
         for corner in &group.corners {
@@ -147,26 +152,12 @@ pub(super) fn quadrics(surface: &Surface, frames: &[[TangentFrame; 3]]) -> Vec<[
 }
 
 /// Groups the corners at each welded position by normal, in corner order.
-fn group_corners(surface: &Surface) -> Vec<Group> {
-    let mut corners_of_vertex: Vec<Vec<u32>> = surface
-        .valences()
-        .into_iter()
-        .map(|valence| Vec::with_capacity(valence as usize))
-        .collect();
-    for (index, vertex) in surface
-        .faces
-        .iter()
-        .flat_map(|face| face.vertices)
-        .enumerate()
-    {
-        corners_of_vertex[vertex as usize].push(index as u32);
-    }
-    corners_of_vertex
+fn group_corners(surface: &Surface, corners_at: &CornersAt) -> Vec<Group> {
+    (0..surface.positions.len() as u32)
         .into_par_iter()
-        .enumerate()
-        .flat_map_iter(|(vertex, corners)| {
+        .flat_map_iter(|vertex| {
             let mut groups: Vec<Group> = Vec::new();
-            for corner in corners {
+            for &corner in corners_at.of(vertex) {
                 let normal = surface.faces[corner as usize / 3].normals[corner as usize % 3];
                 match groups
                     .iter_mut()
@@ -174,7 +165,7 @@ fn group_corners(surface: &Surface) -> Vec<Group> {
                 {
                     Some(group) => group.corners.push(corner),
                     None => groups.push(Group {
-                        vertex: vertex as u32,
+                        vertex,
                         normal,
                         corners: vec![corner],
                     }),

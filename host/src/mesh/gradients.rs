@@ -6,6 +6,7 @@
 //! along the corner's normal, where these are similar: not at a pole, and not
 //! where two charts of an atlas meet.
 
+use super::corners_at::CornersAt;
 use super::surface::{DEGENERATE_AREA, Surface, area_normal};
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -20,8 +21,8 @@ pub(super) struct Gradients {
 /// Maximum distance of similar gradients, as a fraction of the longer one.
 const ALIKE: f64 = 0.35;
 
-/// Computes the gradients of every face's corners.
-pub(super) fn corner_gradients(surface: &Surface) -> Vec<[Gradients; 3]> {
+/// Computes the gradients of every face's corners, which `corners_at` has by position.
+pub(super) fn corner_gradients(surface: &Surface, corners_at: &CornersAt) -> Vec<[Gradients; 3]> {
     let own: Vec<[Gradients; 3]> = surface
         .faces
         .par_iter()
@@ -35,29 +36,14 @@ pub(super) fn corner_gradients(surface: &Surface) -> Vec<[Gradients; 3]> {
             })
         })
         .collect();
-    // Corners 3 · face + corner, grouped by position.
-    let mut starts = vec![0usize; surface.positions.len() + 1];
-    for (index, valence) in surface.valences().iter().enumerate() {
-        starts[index + 1] = starts[index] + *valence as usize;
-    }
-    let mut at_position = vec![0usize; 3 * surface.faces.len()];
-    let mut next = starts.clone();
-    for (f, face) in surface.faces.iter().enumerate() {
-        for (c, &vertex) in face.vertices.iter().enumerate() {
-            let slot = &mut next[vertex as usize];
-            at_position[*slot] = 3 * f + c;
-            *slot += 1;
-        }
-    }
     surface
         .faces
         .par_iter()
         .enumerate()
         .map(|(f, face)| {
             std::array::from_fn(|c| {
-                let vertex = face.vertices[c] as usize;
                 let mine = own[f][c];
-                let around = &at_position[starts[vertex]..starts[vertex + 1]];
+                let around = corners_at.of(face.vertices[c]);
                 // A large fan is a pole, where no gradients are similar.
                 if around.len() > 64 {
                     return mine;
@@ -67,7 +53,7 @@ pub(super) fn corner_gradients(surface: &Surface) -> Vec<[Gradients; 3]> {
                     v: DVec3::ZERO,
                 };
                 let mut weights = 0.0;
-                for &other in around {
+                for other in around.iter().map(|corner| *corner as usize) {
                     let theirs = own[other / 3][other % 3];
                     if alike(mine.u, theirs.u) && alike(mine.v, theirs.v) {
                         let corners = surface.corners(&surface.faces[other / 3]);

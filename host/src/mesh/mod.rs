@@ -28,6 +28,7 @@
 //! ```
 
 mod bounds;
+mod corners_at;
 mod curvature;
 mod data;
 mod encoding;

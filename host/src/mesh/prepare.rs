@@ -91,12 +91,12 @@ pub(super) fn prepare(
     // The winding comes first, since computed normals follow it.
     let reversed_triangles = normals::align_winding(&mut surface) + orient(&mut surface);
     let computed_normals = normals::complete(&mut surface, options.crease_angle);
-    // MikkTSpace uses one thread.
+    let corners_at = surface.corners_at();
     let (frames, gradients) = rayon::join(
-        || tangent_frames(&surface, bounds.centre(), bounds.diagonal()),
-        || corner_gradients(&surface),
+        || tangent_frames(&surface, &corners_at, &bounds),
+        || corner_gradients(&surface, &corners_at),
     );
-    let quadrics = quadrics(&surface, &frames);
+    let quadrics = quadrics(&surface, &corners_at, &frames);
     let triangles = assemble(&surface, &frames, &quadrics, &gradients);
 
     let corners = || triangles.iter().flat_map(|triangle| &triangle.corners);
@@ -112,10 +112,9 @@ pub(super) fn prepare(
     tracing::debug!(path = %path.display(), triangles = triangles.len(), ?report, "mesh prepared");
     let mesh = Mesh {
         bounds: Bounds::of(corners().map(|corner| corner.position)),
-        position_count: surface
-            .valences()
-            .iter()
-            .filter(|valence| **valence > 0)
+        position_count: corners_at
+            .all()
+            .filter(|corners| !corners.is_empty())
             .count(),
         triangles,
         report,

@@ -23,6 +23,7 @@ use glam::DVec3;
 use rayon::prelude::*;
 use relievo_shared::layout::NO_NEIGHBOUR;
 
+use super::corners_at::CornersAt;
 use super::surface::area_normal;
 use super::triangles::{Mesh, MeshCorner, MeshTriangle};
 use mitre::mitre;
@@ -34,6 +35,9 @@ pub(crate) use shell::SHALLOWEST;
 /// A prism is folded where the determinant of its map is at most this fraction of
 /// the flat prism's.
 pub(crate) const FOLDED: f64 = 1e-3;
+
+/// Bends shorter than this, relative to the edges, are rounding errors.
+const STRAIGHT: f64 = 1e-9;
 
 /// Limits the length of N at the middle of an edge to 1 / this times the mean of
 /// its ends. Where these or the corner normals differ too much, the prism's depth
@@ -76,6 +80,18 @@ impl MeshPrism {
             first_second,
             second_second,
         ])
+    }
+
+    /// Returns whether S is straight along two edges or more.
+    pub(crate) fn is_straight(&self) -> bool {
+        let [first, second, first_first, first_second, second_second] = self.surface;
+        let least = STRAIGHT * (first.length() + second.length());
+        let bends = [
+            first_first,
+            second_second,
+            first_first + second_second - first_second,
+        ];
+        bends.iter().filter(|bend| bend.length() <= least).count() >= 2
     }
 
     /// Returns N.
@@ -164,6 +180,7 @@ impl Bend {
 /// What the prisms over the triangles of a mesh consist of.
 struct Parts<'a> {
     triangles: &'a [MeshTriangle],
+    corners_at: CornersAt,
     /// N at the corners of all triangles, where nothing limits the depth.
     normals: Vec<DVec3>,
     /// Bends along the sides of all triangles.
@@ -172,10 +189,15 @@ struct Parts<'a> {
 
 impl<'a> Parts<'a> {
     fn new(triangles: &'a [MeshTriangle]) -> Parts<'a> {
-        let normals = prism_normals(triangles);
+        let corners = triangles.iter().flat_map(|triangle| &triangle.corners);
+        let positions = corners.map(|corner| corner.position_index);
+        let count = positions.clone().max().map_or(0, |last| last as usize + 1);
+        let corners_at = CornersAt::new(count, positions);
+        let normals = prism_normals(triangles, &corners_at);
         let bends = bends(triangles, &normals);
         Parts {
             triangles,
+            corners_at,
             normals,
             bends,
         }
@@ -237,19 +259,15 @@ fn corner_angle(triangles: &[MeshTriangle], index: usize) -> f64 {
 
 /// Computes the shell normal of every corner: one at each position, or the
 /// corner's own where the normals there cancel out.
-fn prism_normals(triangles: &[MeshTriangle]) -> Vec<DVec3> {
-    let mut by_position: Vec<(u32, u32)> = (0..3 * triangles.len())
+fn prism_normals(triangles: &[MeshTriangle], corners_at: &CornersAt) -> Vec<DVec3> {
+    let mitred: Vec<(u32, DVec3)> = (0..corners_at.count() as u32)
         .into_par_iter()
-        .map(|index| (corner_at(triangles, index).position_index, index as u32))
-        .collect();
-    by_position.par_sort_unstable();
-    let mitred: Vec<(u32, DVec3)> = by_position
-        .par_chunk_by(|a, b| a.0 == b.0)
-        .flat_map_iter(|corners| {
+        .flat_map_iter(|position| {
+            let corners = corners_at.of(position);
             let normals: Vec<(DVec3, f64)> = corners
                 .iter()
-                .map(|&(_, index)| {
-                    let index = index as usize;
+                .map(|index| {
+                    let index = *index as usize;
                     let angle = corner_angle(triangles, index);
                     (corner_at(triangles, index).normal, angle)
                 })
@@ -258,7 +276,7 @@ fn prism_normals(triangles: &[MeshTriangle]) -> Vec<DVec3> {
             corners
                 .iter()
                 .zip(normals)
-                .map(move |(&(_, index), (own, _))| (index, mitre.unwrap_or(own)))
+                .map(move |(index, (own, _))| (*index, mitre.unwrap_or(own)))
         })
         .collect();
     let mut normals = vec![DVec3::ZERO; mitred.len()];

@@ -3,6 +3,8 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::corners_at::CornersAt;
+
 /// Largest area of a degenerate triangle, in squares of its longest edge
 /// (section 5 of docs/algorithm.md).
 pub(super) const DEGENERATE_AREA: f64 = 1e-12;
@@ -42,13 +44,10 @@ impl Surface {
         face.vertices.map(|vertex| self.positions[vertex as usize])
     }
 
-    /// Returns the number of face corners at each welded position.
-    pub fn valences(&self) -> Vec<u32> {
-        let mut valences = vec![0; self.positions.len()];
-        for vertex in self.faces.iter().flat_map(|face| face.vertices) {
-            valences[vertex as usize] += 1;
-        }
-        valences
+    /// Returns the corners of all faces by welded position.
+    pub fn corners_at(&self) -> CornersAt {
+        let vertices = self.faces.iter().flat_map(|face| face.vertices);
+        CornersAt::new(self.positions.len(), vertices)
     }
 }
 

@@ -4,11 +4,16 @@ use bevy_mikktspace::{TangentSpace, generate_tangents};
 use glam::{DVec2, DVec3, Vec2, Vec3};
 use rayon::prelude::*;
 
+use super::bounds::Bounds;
+use super::corners_at::CornersAt;
 use super::surface::{Face, Surface};
 
 /// Maximum number of faces at a vertex for MikkTSpace, which recurses around it
 /// and compares all pairs. Faces at vertices with more get frames of their own.
-const LARGEST_VALENCE: u32 = 2048;
+const LARGEST_VALENCE: usize = 2048;
+
+/// Number of faces that MikkTSpace takes at once: it uses one thread.
+const BLOCK: usize = 1 << 13;
 
 /// Tangents whose part in the tangent plane is shorter have no direction.
 const SHORTEST_TANGENT: f64 = 1e-4;
@@ -53,15 +58,16 @@ impl TangentFrame {
     }
 }
 
-/// Computes the tangent frames of every face's corners. `centre` and `diagonal`
-/// are those of the bounding box.
+/// Computes the tangent frames of every face's corners, which `corners_at` has by position.
+/// `bounds` is the bounding box.
 pub(super) fn tangent_frames(
     surface: &Surface,
-    centre: DVec3,
-    diagonal: f64,
+    corners_at: &CornersAt,
+    bounds: &Bounds,
 ) -> Vec<[TangentFrame; 3]> {
     // MikkTSpace works in f32 with absolute thresholds, so positions and texture
     // coordinates are normalised to unit size.
+    let (centre, diagonal) = (bounds.centre(), bounds.diagonal());
     let positions: Vec<Vec3> = surface
         .positions
         .par_iter()
@@ -73,37 +79,19 @@ pub(super) fn tangent_frames(
     let extent = (high - low).max_element();
     let uv_scale = if extent > 0.0 { 1.0 / extent } else { 1.0 };
 
-    // It underflows for faces without area in f32.
-    let valences = surface.valences();
-    let is_suitable = |face: &Face| {
-        let [a, b, c] = face.vertices.map(|vertex| positions[vertex as usize]);
-        a != b
-            && b != c
-            && c != a
-            && face
-                .vertices
-                .iter()
-                .all(|vertex| valences[*vertex as usize] <= LARGEST_VALENCE)
-    };
-    let selected: Vec<usize> = (0..surface.faces.len())
-        .filter(|face| is_suitable(&surface.faces[*face]))
-        .collect();
-    let mut geometry = Geometry {
+    let inputs = Inputs {
         faces: &surface.faces,
-        tangents: vec![[[0.0; 4]; 3]; surface.faces.len()],
-        selected,
+        corners_at,
         positions,
         uv_origin: low,
         uv_scale,
     };
-    let Ok(()) = generate_tangents(&mut geometry) else {
-        unreachable!("no error is defined");
-    };
+    let tangents = inputs.tangents(BLOCK);
 
     surface
         .faces
         .par_iter()
-        .zip(geometry.tangents)
+        .zip(tangents)
         .map(|(face, tangents)| {
             std::array::from_fn(|corner| {
                 let [x, y, z, handedness] = tangents[corner].map(f64::from);
@@ -116,18 +104,100 @@ pub(super) fn tangent_frames(
         .collect()
 }
 
-/// The mesh for MikkTSpace.
-struct Geometry<'a> {
+/// Tangent and handedness at the corners of a face, as MikkTSpace gives them.
+type Tangents = [[f32; 4]; 3];
+
+/// The mesh as MikkTSpace reads it.
+struct Inputs<'a> {
     faces: &'a [Face],
-    /// Indices of the faces for MikkTSpace.
-    selected: Vec<usize>,
+    corners_at: &'a CornersAt,
+    /// The welded positions, at unit size.
     positions: Vec<Vec3>,
     uv_origin: DVec2,
     uv_scale: f64,
-    /// Tangent and handedness of each corner of each face.
-    tangents: Vec<[[f32; 4]; 3]>,
 }
 
+impl Inputs<'_> {
+    /// Returns whether MikkTSpace takes a face: it underflows for faces without area in f32.
+    fn is_suitable(&self, face: u32) -> bool {
+        let vertices = self.faces[face as usize].vertices;
+        let [a, b, c] = vertices.map(|vertex| self.positions[vertex as usize]);
+        let valences = vertices.map(|vertex| self.corners_at.of(vertex).len());
+        a != b
+            && b != c
+            && c != a
+            && valences
+                .into_iter()
+                .all(|valence| valence <= LARGEST_VALENCE)
+    }
+
+    /// Computes the tangents of every face, about `size` faces at once.
+    fn tangents(&self, size: usize) -> Vec<Tangents> {
+        let all = 0..self.faces.len() as u32;
+        let mut selected: Vec<u32> = all.filter(|face| self.is_suitable(*face)).collect();
+        // Blocks are slabs, which have few neighbours.
+        let low = self.positions.iter().copied().reduce(Vec3::min);
+        let high = self.positions.iter().copied().reduce(Vec3::max);
+        let axis = (high.unwrap_or_default() - low.unwrap_or_default()).max_position();
+        let at = |face: &u32| self.positions[self.faces[*face as usize].vertices[0] as usize][axis];
+        selected.par_sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.cmp(b)));
+        let blocks: Vec<Vec<Tangents>> = selected
+            .par_chunks_mut(size)
+            .map(|block| self.tangents_of(block))
+            .collect();
+        let mut tangents = vec![Tangents::default(); self.faces.len()];
+        for (face, found) in selected.iter().zip(blocks.concat()) {
+            tangents[*face as usize] = found;
+        }
+        tangents
+    }
+
+    /// Sorts the faces of `block`, and returns their tangents. They depend on the faces that
+    /// have a position in common only.
+    fn tangents_of(&self, block: &mut [u32]) -> Vec<Tangents> {
+        block.sort_unstable();
+        let vertices = block
+            .iter()
+            .flat_map(|face| self.faces[*face as usize].vertices);
+        let around = vertices.flat_map(|vertex| self.corners_at.of(vertex));
+        let mut selected: Vec<u32> = around
+            .map(|corner| corner / 3)
+            .filter(|face| self.is_suitable(*face))
+            .collect();
+        selected.sort_unstable();
+        selected.dedup();
+        let mut geometry = Geometry {
+            tangents: vec![Tangents::default(); selected.len()],
+            selected,
+            inputs: self,
+        };
+        let Ok(()) = generate_tangents(&mut geometry) else {
+            unreachable!("no error is defined");
+        };
+        let found = geometry.selected.iter().zip(geometry.tangents);
+        found
+            .filter(|(face, _)| block.binary_search(face).is_ok())
+            .map(|(_, tangents)| tangents)
+            .collect()
+    }
+}
+
+/// The faces of a part of a mesh for MikkTSpace.
+struct Geometry<'a> {
+    inputs: &'a Inputs<'a>,
+    /// Indices of the faces.
+    selected: Vec<u32>,
+    /// Tangent and handedness of each corner of each of them.
+    tangents: Vec<Tangents>,
+}
+
+impl Geometry<'_> {
+    fn face(&self, face: usize) -> &Face {
+        &self.inputs.faces[self.selected[face] as usize]
+    }
+}
+
+// Vertices are one where their bits are equal: adding 0 makes −0 into 0.
 impl bevy_mikktspace::Geometry for Geometry<'_> {
     fn num_faces(&self) -> usize {
         self.selected.len()
@@ -138,22 +208,71 @@ impl bevy_mikktspace::Geometry for Geometry<'_> {
     }
 
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.positions[self.faces[self.selected[face]].vertices[corner] as usize].to_array()
+        let position = self.inputs.positions[self.face(face).vertices[corner] as usize];
+        (position + Vec3::ZERO).to_array()
     }
 
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        self.faces[self.selected[face]].normals[corner]
-            .as_vec3()
-            .to_array()
+        (self.face(face).normals[corner].as_vec3() + Vec3::ZERO).to_array()
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        let uv = self.faces[self.selected[face]].uvs[corner];
-        let unit: Vec2 = (self.uv_scale * (uv - self.uv_origin)).as_vec2();
-        unit.to_array()
+        let uv = self.face(face).uvs[corner];
+        let inputs = self.inputs;
+        let unit: Vec2 = (inputs.uv_scale * (uv - inputs.uv_origin)).as_vec2();
+        (unit + Vec2::ZERO).to_array()
     }
 
     fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {
-        self.tangents[self.selected[face]][corner] = tangent.unwrap_or_default().tangent_encoded();
+        self.tangents[face][corner] = tangent.unwrap_or_default().tangent_encoded();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wavy sheet with a seam in its texture coordinates, its faces in no order.
+    #[test]
+    fn blocks_do_not_show() {
+        const SIDE: u32 = 24;
+        let point = |i: u32| [i % SIDE, i / SIDE].map(|axis| f64::from(axis) / f64::from(SIDE));
+        let height = |[x, y]: [f64; 2]| 0.1 * (9.0 * x).sin() * (7.0 * y).cos();
+        let positions: Vec<DVec3> = (0..SIDE * SIDE)
+            .map(|i| DVec3::new(point(i)[0], point(i)[1], height(point(i))))
+            .collect();
+        let cells = (0..SIDE * SIDE).filter(|i| i % SIDE + 1 < SIDE && i / SIDE + 1 < SIDE);
+        let mut faces: Vec<Face> = cells
+            .flat_map(|i| [[i, i + 1, i + SIDE + 1], [i, i + SIDE + 1, i + SIDE]])
+            .map(|vertices| Face {
+                vertices,
+                normals: [DVec3::new(0.1, 0.2, 1.0).normalize(); 3],
+                uvs: vertices.map(|vertex| {
+                    let mirrored = f64::from(vertices[0] % SIDE > SIDE / 2) * 2.0 - 1.0;
+                    DVec2::new(mirrored * point(vertex)[0], point(vertex)[1])
+                }),
+            })
+            .collect();
+        let count = faces.len();
+        for i in 0..count {
+            faces.swap(i, 389 * i % count);
+        }
+        let surface = Surface { positions, faces };
+        let corners_at = surface.corners_at();
+        let inputs = Inputs {
+            faces: &surface.faces,
+            corners_at: &corners_at,
+            positions: surface.positions.iter().map(|p| p.as_vec3()).collect(),
+            uv_origin: DVec2::ZERO,
+            uv_scale: 1.0,
+        };
+        let whole = inputs.tangents(count);
+        let handedness = |sign: f32| whole.iter().flatten().any(|tangent| tangent[3] == sign);
+        assert!(handedness(1.0) && handedness(-1.0));
+        for size in [1, 10, 333] {
+            let blocks = inputs.tangents(size);
+            let other = whole.iter().zip(&blocks).filter(|(a, b)| a != b);
+            assert_eq!(other.count(), 0, "blocks of {size}");
+        }
     }
 }

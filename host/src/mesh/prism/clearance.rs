@@ -22,16 +22,8 @@ const EDGE: f64 = 1e-9;
 /// shell and that of the opposite wall do not meet: half the way along −N to the
 /// first triangle that is hit from behind. Rays start at the corners and at the
 /// middle of every triangle.
-pub(super) fn depths(parts: &Parts<'_>, bounds: &Bounds, count: usize, depth: f64) -> Vec<f64> {
+pub(super) fn depths(parts: &Parts<'_>, bounds: &Bounds, depth: f64) -> Vec<f64> {
     let walls = Walls::new(parts.triangles, bounds);
-    // All corners at a position have one N, but where normals cancel out.
-    let mut first = vec![usize::MAX; count];
-    for (index, triangle) in parts.triangles.iter().enumerate() {
-        for (corner, of_corner) in triangle.corners.iter().enumerate() {
-            let first = &mut first[of_corner.position_index as usize];
-            *first = (*first).min(3 * index + corner);
-        }
-    }
     let by_corner: Vec<[f64; 3]> = (0..parts.triangles.len())
         .into_par_iter()
         .map(|index| {
@@ -45,7 +37,8 @@ pub(super) fn depths(parts: &Parts<'_>, bounds: &Bounds, count: usize, depth: f6
             });
             std::array::from_fn(|corner| {
                 let position = corners[corner].position_index;
-                let first = first[position as usize];
+                // All corners at a position have one N, but where normals cancel out.
+                let first = parts.corners_at.of(position)[0] as usize;
                 if first != 3 * index + corner && parts.normals[first] == normals[corner] {
                     return of_middle;
                 }
@@ -59,7 +52,7 @@ pub(super) fn depths(parts: &Parts<'_>, bounds: &Bounds, count: usize, depth: f6
             })
         })
         .collect();
-    let mut depths = vec![depth; count];
+    let mut depths = vec![depth; parts.corners_at.count()];
     for (triangle, of_corners) in parts.triangles.iter().zip(by_corner) {
         for (corner, of_corner) in triangle.corners.iter().zip(of_corners) {
             let least = &mut depths[corner.position_index as usize];

@@ -79,26 +79,20 @@ impl Mesh {
             return Shell::clone(shell);
         }
         let mut parts = Parts::new(&self.triangles);
-        let corners = self.triangles.iter().flat_map(|triangle| triangle.corners);
-        let count = corners
-            .map(|corner| corner.position_index as usize + 1)
-            .max();
-        let count = count.unwrap_or(0);
         let least = (SHALLOWEST * self.bounds.diagonal()).min(depth);
         let mut field = Field {
-            depths: clearance::depths(&parts, &self.bounds, count, depth),
+            depths: clearance::depths(&parts, &self.bounds, depth),
             edges: Vec::new(),
             depth,
             least,
         };
         field.limit_by_radius(&self.triangles);
-        let indices: Vec<usize> = (0..count).collect();
+        let indices: Vec<usize> = (0..parts.corners_at.count()).collect();
         field.smooth(&self.triangles, &indices);
         field.remove_large_bends(&mut parts);
-        let at_position = triangles_at(&parts, count);
         let mut suspects: Vec<usize> = (0..self.triangles.len()).collect();
         while !suspects.is_empty() {
-            unfold(&mut parts, &mut field, &at_position, suspects);
+            unfold(&mut parts, &mut field, suspects);
             suspects = field.remove_large_bends(&mut parts);
         }
         let local_depth = field.report(self);
@@ -310,12 +304,7 @@ fn largest_share(triangle: &MeshTriangle) -> f64 {
 ///
 /// A prism that folds however thin it is gets flat: first its surface loses its
 /// bends, then it stands alone, with its facet's normal.
-fn unfold(
-    parts: &mut Parts<'_>,
-    field: &mut Field,
-    at_position: &AtPosition,
-    mut suspects: Vec<usize>,
-) {
+fn unfold(parts: &mut Parts<'_>, field: &mut Field, mut suspects: Vec<usize>) {
     for round in 0.. {
         let folding: Vec<(usize, f64)> = suspects
             .par_iter()
@@ -343,7 +332,7 @@ fn unfold(
             if largest > 0.0 && !is_least && round < ROUNDS {
                 let factor = (GIVEN * largest / field.depth).max(LEAST_FACTOR);
                 reduced.extend(positions.map(|position| (position, factor)));
-            } else if !parts.straighten(index, at_position, &mut flattened) {
+            } else if !parts.straighten(index, &mut flattened) {
                 parts.set_apart(index, &mut flattened);
                 // Its sides are open: as little as possible is seen through them.
                 reduced.extend(positions.map(|position| (position, 0.0)));
@@ -359,8 +348,8 @@ fn unfold(
         changed.extend(field.smooth(parts.triangles, &changed));
         suspects = changed
             .into_iter()
-            .flat_map(|position| at_position.of(position))
-            .map(|index| *index as usize)
+            .flat_map(|position| parts.corners_at.of(position as u32))
+            .map(|corner| *corner as usize / 3)
             .chain(flattened)
             .collect();
         suspects.sort_unstable();
@@ -368,63 +357,16 @@ fn unfold(
     }
 }
 
-/// The triangles at each position.
-struct AtPosition {
-    /// Where those of a position start.
-    starts: Vec<u32>,
-    triangles: Vec<u32>,
-}
-
-impl AtPosition {
-    fn of(&self, position: usize) -> &[u32] {
-        let [start, end] = [0, 1].map(|i| self.starts[position + i] as usize);
-        &self.triangles[start..end]
-    }
-}
-
-fn triangles_at(parts: &Parts<'_>, count: usize) -> AtPosition {
-    let corners = || {
-        parts
-            .triangles
-            .iter()
-            .enumerate()
-            .flat_map(|(index, triangle)| {
-                triangle
-                    .corners
-                    .map(|c| (c.position_index as usize, index as u32))
-            })
-    };
-    let mut starts = vec![0; count + 1];
-    for (position, _) in corners() {
-        starts[position + 1] += 1;
-    }
-    for position in 0..count {
-        starts[position + 1] += starts[position];
-    }
-    let mut next = starts.clone();
-    let mut triangles = vec![0; 3 * parts.triangles.len()];
-    for (position, index) in corners() {
-        triangles[next[position] as usize] = index;
-        next[position] += 1;
-    }
-    AtPosition { starts, triangles }
-}
-
 impl Parts<'_> {
     /// Removes the bends of the surface along the edges of a triangle, for all
     /// triangles there. Returns whether there were any, and adds the triangles that
     /// change.
-    fn straighten(
-        &mut self,
-        index: usize,
-        at_position: &AtPosition,
-        changed: &mut Vec<usize>,
-    ) -> bool {
+    fn straighten(&mut self, index: usize, changed: &mut Vec<usize>) -> bool {
         let vertices = self.triangles[index].corners.map(|c| c.position_index);
         let mut was_bent = false;
         for opposite in 0..3 {
             let [start, end] = [1, 2].map(|i| vertices[(opposite + i) % 3]);
-            for &other in at_position.of(start as usize) {
+            for other in self.corners_at.of(start).iter().map(|corner| corner / 3) {
                 let corners = self.triangles[other as usize].corners;
                 let third = corners
                     .iter()
