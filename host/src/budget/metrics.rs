@@ -21,6 +21,8 @@ const LEAST_COSINE: f64 = 0.02;
 pub struct ScreenMetrics {
     /// Rays of the grid that meet the object.
     pub rays: usize,
+    /// Estimated number of the picture's pixels that show the object.
+    pub pixels: f64,
     /// Median distance of the facets below the smooth surface, pixels; it depends
     /// on curvature, triangle size and distance.
     pub facet_px: f64,
@@ -48,6 +50,8 @@ pub fn measure(scene: &PreparedScene) -> Vec<ScreenMetrics> {
     let frame = coarse(&scene.frame);
     let pixel = DVec3::from(scene.frame.ray_right.map(f64::from)).length();
     let [width, height] = frame.size.map(|side| side as u32);
+    let pixels = |frame: &Frame| f64::from(frame.size[0]) * f64::from(frame.size[1]);
+    let pixels_per_ray = pixels(&scene.frame) / pixels(&frame);
     let rays: Vec<RayMetrics> = (0..width * height)
         .into_par_iter()
         .filter_map(|i| {
@@ -66,7 +70,12 @@ pub fn measure(scene: &PreparedScene) -> Vec<ScreenMetrics> {
         })
         .collect();
     (0..scene.objects.len() as u32)
-        .map(|object| ScreenMetrics::of(rays.iter().filter(|ray| ray.object == object)))
+        .map(|object| {
+            ScreenMetrics::of(
+                rays.iter().filter(|ray| ray.object == object),
+                pixels_per_ray,
+            )
+        })
         .collect()
 }
 
@@ -146,7 +155,10 @@ fn way(depth: f64, curvature: f64, slope: f64) -> f64 {
 }
 
 impl ScreenMetrics {
-    fn of<'a>(rays: impl Iterator<Item = &'a RayMetrics> + Clone) -> ScreenMetrics {
+    fn of<'a>(
+        rays: impl Iterator<Item = &'a RayMetrics> + Clone,
+        pixels_per_ray: f64,
+    ) -> ScreenMetrics {
         let quantile = |value: fn(&RayMetrics) -> f64, share: f64| {
             let mut values: Vec<f64> = rays.clone().map(value).collect();
             values.sort_by(f64::total_cmp);
@@ -156,6 +168,7 @@ impl ScreenMetrics {
         };
         ScreenMetrics {
             rays: rays.clone().count(),
+            pixels: pixels_per_ray * rays.clone().count() as f64,
             facet_px: quantile(|ray| ray.facet_px, 0.5),
             way_px: quantile(|ray| ray.way_px, 0.9),
             slant: quantile(|ray| ray.slant, 0.5),

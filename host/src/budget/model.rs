@@ -105,6 +105,7 @@ mod tests {
         let mut any = || (8.0 * random.f64() - 4.0f64).exp();
         (0..50)
             .map(|_| ScreenMetrics {
+                pixels: 100.0,
                 rays: 100,
                 facet_px: any(),
                 way_px: any(),

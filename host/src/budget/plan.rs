@@ -137,7 +137,7 @@ fn plan_object(
         }
         Err(error) => return Err(error),
     };
-    let evaluator = Evaluator::new(&reference, FEW_RAYS);
+    let evaluator = Evaluator::new(&reference, metrics.pixels, FEW_RAYS);
     let mut finer_evaluator = None;
     let mut trials = Vec::new();
     let mut last: Option<(Recipe, Trial, PreparedObject)> = None;
@@ -161,8 +161,8 @@ fn plan_object(
         let mut drawn = scene.alone(drawn);
         let mut trial = evaluator.evaluate(&mut drawn, budget)?;
         if trial.is_doubtful() {
-            let finer =
-                finer_evaluator.get_or_insert_with(|| Evaluator::new(&reference, MANY_RAYS));
+            let finer = finer_evaluator
+                .get_or_insert_with(|| Evaluator::new(&reference, metrics.pixels, MANY_RAYS));
             trial = finer.evaluate(&mut drawn, budget)?;
         }
         trials.push((recipe, Some(trial)));

@@ -152,6 +152,7 @@ mod tests {
     fn metrics(texel_px: f64) -> ScreenMetrics {
         ScreenMetrics {
             rays: 100,
+            pixels: 100.0,
             facet_px: 0.01,
             way_px: 0.01,
             slant: 1.0,

@@ -1,4 +1,4 @@
-//! Measures random scenes: to fit the model, and to check that plans keep their
+//! Measures scenes, random ones most of all: to fit the model, and to check that plans keep their
 //! promises.
 
 use super::metrics::{ScreenMetrics, measure};
@@ -15,7 +15,7 @@ use std::path::Path;
 /// Largest error that is measured, pixels.
 const LARGEST: f64 = 2.0;
 
-/// A random scene, and its most accurate form.
+/// A scene, and its most accurate form.
 pub struct Study {
     /// The scene.
     pub scene: Scene,
@@ -53,7 +53,14 @@ impl Study {
     /// [`Error`] where the assets cannot be loaded.
     pub fn new(series: u64, number: u64, size: [u32; 2], assets: &Path) -> Result<Study, Error> {
         let text = random_scene(series, number, size);
-        let scene = Scene::parse(&text, &assets.join("scenes/random.toml"))?;
+        Study::of(Scene::parse(&text, &assets.join("scenes/random.toml"))?)
+    }
+
+    /// Studies `scene`, which has one object.
+    ///
+    /// # Errors
+    /// [`Error`] where its files cannot be loaded.
+    pub fn of(scene: Scene) -> Result<Study, Error> {
         let finest = Recipe::plain(Tier::Accurate, MapOptions::FINEST);
         let reference = match drawn(&scene, &finest) {
             Ok(prepared) => Some(prepared),

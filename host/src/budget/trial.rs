@@ -8,10 +8,14 @@ use crate::render::{CpuRenderer, GeometryWords, RenderError, Renderer};
 use glam::DVec3;
 use relievo_shared::layout::Frame;
 
-/// Approximate number of rays of a first trial.
-pub(super) const FEW_RAYS: f64 = 5_000.0;
-/// Approximate number of rays of a second trial, if the first is inconclusive.
-pub(super) const MANY_RAYS: f64 = 20_000.0;
+/// Approximate number of rays that meet the object in a first trial.
+pub(super) const FEW_RAYS: f64 = 1_000.0;
+/// The same in a second trial, if the first is inconclusive.
+pub(super) const MANY_RAYS: f64 = 10_000.0;
+
+/// Largest ratio of a trial's rays to those that meet the object. More would take long for
+/// objects that are hidden or outside the picture.
+const SPARSEST: f64 = 32.0;
 
 /// Confidence of a trial in standard deviations: the share on the trial's rays
 /// and the share on all pixels differ by more in 1 of 200 cases.
@@ -64,10 +68,10 @@ pub(super) struct Evaluator<'a> {
 }
 
 impl<'a> Evaluator<'a> {
-    /// Traces the truth on about `rays` rays of the picture of `reference`, which
-    /// contains one object.
-    pub(super) fn new(reference: &'a PreparedScene, rays: f64) -> Evaluator<'a> {
-        let (frame, stride) = grid(reference, rays);
+    /// Traces the truth on a grid of rays of the picture of `reference`, which contains
+    /// one object. About `rays` of them meet it, if it covers about `pixels` of the picture.
+    pub(super) fn new(reference: &'a PreparedScene, pixels: f64, rays: f64) -> Evaluator<'a> {
+        let (frame, stride) = grid(reference, pixels, rays);
         Evaluator::on(reference, frame, stride)
     }
 
@@ -141,13 +145,15 @@ impl<'a> Evaluator<'a> {
     }
 }
 
-/// Returns a frame of about `rays` rays over the rectangle of the picture that the
-/// only object of `scene` may cover, and the pixels between two rays.
-fn grid(scene: &PreparedScene, rays: f64) -> (Frame, f64) {
+/// Returns a frame of rays over the rectangle of the picture that the only object of `scene`
+/// may cover, and the pixels between two rays. About `rays` of them meet the object, if it
+/// covers about `pixels`, but at most [`SPARSEST`] times as many are traced.
+fn grid(scene: &PreparedScene, pixels: f64, rays: f64) -> (Frame, f64) {
     let frame = &scene.frame;
     let [left, top, right, bottom] = rectangle(scene);
     let area = (right - left) * (bottom - top);
-    let stride = (area / rays).sqrt().floor().max(1.0);
+    let covered = pixels.clamp(area / SPARSEST, area);
+    let stride = (covered / rays).sqrt().floor().max(1.0);
     let first = [left, top].map(|side| (side + 0.5 * (stride - 1.0).floor()) as f32);
     let size = [right - left, bottom - top].map(|side| (side / stride).floor().max(1.0) as f32);
     let grid = thinned(frame, first, [stride as f32; 2], size);
