@@ -626,6 +626,9 @@ fn a_depth_that_the_surface_cannot_have_is_reduced_and_told() {
     let told_once = text.matches("the depth 0.500000 is reduced over").count();
     assert_eq!(told_once, 1, "{text}");
     assert!(text.contains("too thin or too curved"), "{text}");
+    // A budget plans several ways to draw it, and says it once too.
+    let planned = told("depth = 0.5\nerror_px = 2");
+    assert_eq!(planned.matches("is reduced over").count(), 1, "{planned}");
     let (_, reduced) = desk.render(&torus(deep));
     reduced.check();
     assert_eq!(reduced.classes(), BTreeSet::from([CAP, WALL, FLOOR]));
@@ -634,6 +637,32 @@ fn a_depth_that_the_surface_cannot_have_is_reduced_and_told() {
     assert!(!told(possible).contains("is reduced over"));
     let (_, shallow) = desk.render(&torus(possible));
     assert!(shallow.count(WALL) < reduced.count(WALL));
+    // As a map: coloured where it is less.
+    let map = |keys: &str| {
+        desk.write("scene.toml", torus(keys));
+        desk.run("render scene.toml -o picture.png --backend cpu")
+            .done();
+        let info = desk
+            .run("info scene.toml --local-depth map.png")
+            .done()
+            .stdout;
+        let [picture, map] = ["picture.png", "map.png"].map(|name| {
+            let picture = image::open(desk.path(name)).unwrap().into_rgb8();
+            picture.into_raw()
+        });
+        (info, picture != map)
+    };
+    let (info, is_coloured) = map(deep);
+    assert!(
+        info.contains("local depth: 0.500000, reduced over"),
+        "{info}"
+    );
+    assert!(is_coloured);
+    let (info, is_coloured) = map(possible);
+    assert!(!info.contains("local depth") && !is_coloured, "{info}");
+    desk.fails("info --local-depth map.png", 2, "SCENE");
+    let scene_itself = "info scene.toml --local-depth scene.toml";
+    desk.fails(scene_itself, 1, "scene.toml is a file that the scene reads");
     desk.scene_fails(
         torus("depth = 1e-5\ntier = \"accurate\""),
         "too little|tier = \"fast\"",

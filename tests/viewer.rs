@@ -170,7 +170,9 @@ fn gpu_everything_can_be_reached_and_shown() {
     window.until("light panels", |window| panel(window) > dark + 60.0);
 
     window.settle();
-    window.click("Error against the oracle");
+    window.choose("Analysis", "error against the oracle");
     window.expect(|probe| probe.message.contains("interior holes"));
+    window.choose("Analysis", "reduced depth");
+    window.expect(|probe| probe.message.contains("reduced nowhere"));
     window.passed();
 }

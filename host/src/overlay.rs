@@ -1,4 +1,4 @@
-//! Draws the polygon mesh over a picture of the scene.
+//! Draws over a picture of the scene: the polygon mesh, or the local depth.
 //!
 //! ```
 //! use relievo::overlay::draw_mesh;
@@ -37,8 +37,12 @@ use relievo_shared::outline::bounding_rectangle;
 
 /// Samples per pixel side: edges are two samples wide, so one pixel.
 const SAMPLES: u32 = 2;
-/// Opacity of an edge, 0…1.
+/// Opacity of edges and colours, 0…1.
 const OPACITY: f32 = 0.7;
+/// Local depths are coloured from S_z down to S_z / 2^6.
+const OCTAVES: f32 = 6.0;
+/// Larger shares of S_z are not reduced.
+const FULL: f32 = 1.0 - 1e-5;
 /// Marks a sample without a facet.
 const NO_FACET: u32 = u32::MAX;
 
@@ -57,13 +61,9 @@ pub fn draw_mesh(
 ) -> Result<(), RenderError> {
     assert_eq!([picture.width, picture.height], scene.size);
     let frame = scene.frame_with_samples(SAMPLES);
-    let triangles: Vec<&Triangle> = scene
-        .objects
-        .iter()
-        .flat_map(|object| &object.triangles)
-        .collect();
-    let [width, height] = frame.size.map(|side| side as usize);
-    let facets = nearest_facets(&frame, &triangles, width, height)?;
+    let width = frame.size[0] as usize;
+    let height = frame.size[1] as usize;
+    let facets = nearest_facets(&frame, &triangles(scene))?;
     let is_edge = |x: usize, y: usize| {
         let facet = |x: usize, y: usize| facets[y * width + x];
         let own = facet(x, y);
@@ -94,13 +94,78 @@ pub fn draw_mesh(
     Ok(())
 }
 
-/// Finds the index of the nearest triangle in each pixel of `frame`.
-fn nearest_facets(
+/// Colours the picture of `scene` in `frame` where the local depth h is less than the
+/// object's depth S_z (docs/object.md): yellow near h = S_z, green at S_z / 8, dark blue at
+/// S_z / 64 and below. h is that of the mesh, where the pixel's ray meets it first.
+///
+/// # Errors
+/// [`RenderError::Memory`].
+///
+/// # Panics
+/// If `picture` and `frame` differ in size.
+pub fn draw_local_depth(
+    picture: &mut Picture,
+    scene: &PreparedScene,
     frame: &Frame,
-    triangles: &[&Triangle],
-    width: usize,
-    height: usize,
-) -> Result<Vec<u32>, RenderError> {
+) -> Result<(), RenderError> {
+    assert_eq!(
+        [picture.width, picture.height],
+        frame.size.map(|side| side as u32)
+    );
+    let facets = nearest_facets(frame, &triangles(scene))?;
+    // For each triangle its corners' reductions, and h / S_z where these are 0.
+    let shares: Vec<([f32; 3], f32)> = scene
+        .objects
+        .iter()
+        .flat_map(|object| {
+            let whole = (f64::from(object.parameters.depth) / object.depth) as f32;
+            let corners = object.triangles.iter().map(|triangle| triangle.corners);
+            corners.map(move |corners| (corners.map(|corner| corner.depth_reduction), whole))
+        })
+        .collect();
+    let triangles = triangles(scene);
+    let eye = vec3(frame.eye);
+    let width = picture.width as usize;
+    let pixels = picture.bytes.par_chunks_exact_mut(3).zip(&facets);
+    pixels.enumerate().for_each(|(i, (pixel, facet))| {
+        if *facet == NO_FACET {
+            return;
+        }
+        let direction = pixel_ray(frame, (i % width) as u32, (i / width) as u32);
+        let weights = intersect(eye, direction, triangles[*facet as usize]).weights;
+        let (reductions, whole) = shares[*facet as usize];
+        let share = whole * (1.0 - weights.dot(reductions.into()));
+        if share < FULL {
+            let ink = heat(1.0 + share.max(f32::MIN_POSITIVE).log2() / OCTAVES);
+            for (byte, ink) in pixel.iter_mut().zip(ink) {
+                let mixed = f32::from(*byte) * (1.0 - OPACITY) + 255.0 * ink * OPACITY;
+                *byte = mixed.round() as u8;
+            }
+        }
+    });
+    Ok(())
+}
+
+/// Returns a colour, 0…1 each, for `x`: dark blue at 0, green at 0.5, yellow at 1.
+pub fn heat(x: f32) -> [f32; 3] {
+    let stops = [[0.15, 0.05, 0.40], [0.10, 0.60, 0.45], [1.0, 0.90, 0.20]];
+    let x = 2.0 * x.clamp(0.0, 1.0);
+    let (from, to, part) = if x < 1.0 {
+        (stops[0], stops[1], x)
+    } else {
+        (stops[1], stops[2], x - 1.0)
+    };
+    std::array::from_fn(|i| from[i] + (to[i] - from[i]) * part)
+}
+
+fn triangles(scene: &PreparedScene) -> Vec<&Triangle> {
+    let objects = scene.objects.iter();
+    objects.flat_map(|object| &object.triangles).collect()
+}
+
+/// Finds the index of the nearest triangle in each pixel of `frame`.
+fn nearest_facets(frame: &Frame, triangles: &[&Triangle]) -> Result<Vec<u32>, RenderError> {
+    let [width, height] = frame.size.map(|side| side as usize);
     // First and last column and row of each triangle, from the top left.
     let pixels = |low: f32, high: f32, side: usize| {
         let first = (0.5 * (low + 1.0) * side as f32).floor() as usize;
@@ -117,7 +182,7 @@ fn nearest_facets(
             )
         })
         .collect();
-    let mut facets = allocate("the mesh's edges", width * height, NO_FACET)?;
+    let mut facets = allocate("the mesh's facets", width * height, NO_FACET)?;
     let eye = vec3(frame.eye);
     facets
         .par_chunks_mut(width)

@@ -114,7 +114,11 @@ impl<'a> LoadedScene<'a> {
         let mut outside = Vec::new();
         for (number, object) in scene.objects.iter().enumerate() {
             match self.meshes[number].mesh.clone() {
-                Some(mesh) => objects.push(self.object(number, object, mesh)?),
+                Some(mesh) => {
+                    let prepared = self.object(number, object, mesh)?;
+                    tell_local_depth(&prepared);
+                    objects.push(prepared);
+                }
                 None => outside.push(object.name.clone()),
             }
         }
@@ -173,6 +177,18 @@ impl<'a> LoadedScene<'a> {
             shells: self.shells,
         }
     }
+}
+
+/// Tells where an object is less deep than asked for.
+fn tell_local_depth(object: &PreparedObject) {
+    let Some(local_depth) = object.local_depth else {
+        return;
+    };
+    tracing::warn!(
+        "object {:?}: the depth {:.6} is {local_depth}, since the mesh is too thin or too curved there",
+        object.name,
+        object.depth,
+    );
 }
 
 /// Takes the memory of the picture: its samples as words, and its bytes.

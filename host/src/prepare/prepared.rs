@@ -1,7 +1,7 @@
 //! A prepared scene: plain data that renderers read.
 
 use super::camera::{finer, frame};
-use crate::mesh::{Bounds, Mesh, MeshPrism};
+use crate::mesh::{Bounds, LocalDepth, Mesh, MeshPrism};
 use crate::prism::narrow_prism;
 use crate::scene::{Camera, MapOptions, Scene};
 use crate::shape_map::ShapeMap;
@@ -49,6 +49,8 @@ pub struct PreparedObject {
     /// The depth asked for, world units; that of `parameters` is less where there is
     /// nowhere room for it.
     pub depth: f64,
+    /// Where the local depth is less than asked for; `None` if it is so nowhere.
+    pub local_depth: Option<LocalDepth>,
     /// Its prisms, one for each triangle; empty unless the tier is accurate.
     pub prisms: Vec<PrismData>,
     /// Its shape map; objects with the same pattern share it.

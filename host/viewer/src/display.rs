@@ -3,6 +3,7 @@
 //! `present.wgsl` does the same on the GPU; a test compares the two.
 
 use glam::DVec3;
+use relievo::overlay::heat;
 use relievo::picture::srgb;
 use relievo::prepare::PreparedScene;
 use relievo::render::gpu::Content;
@@ -129,18 +130,6 @@ pub fn geometry(show: Show, place: [u32; 4], surface: [u32; 4], scale: &Scale) -
         Show::Depth => [depth.clamp(0.0, 1.0); 3],
         Show::Steps => heat((surface[0] >> 8) as f32 / scale.steps),
     }
-}
-
-/// Colour map: dark blue at 0, green at 0.5, yellow at 1.
-fn heat(x: f32) -> [f32; 3] {
-    let stops = [[0.15, 0.05, 0.40], [0.10, 0.60, 0.45], [1.0, 0.90, 0.20]];
-    let x = 2.0 * x.clamp(0.0, 1.0);
-    let (from, to, part) = if x < 1.0 {
-        (stops[0], stops[1], x)
-    } else {
-        (stops[1], stops[2], x - 1.0)
-    };
-    std::array::from_fn(|i| from[i] + (to[i] - from[i]) * part)
 }
 
 /// Converts colour words to RGBA bytes.

@@ -11,7 +11,7 @@
 //! governor   frame times        → resolution in motion
 //! present    words              → screen, on the GPU
 //! display    words              → colours, also on the CPU
-//! errors     prepared, camera   → errors against the oracle
+//! analysis   prepared, camera   → errors against the oracle, local depth
 //! dropped    dropped files      → scene
 //! saving     scene, screen      → files
 //! platform   desktop or browser
@@ -34,10 +34,10 @@
 //! # }
 //! ```
 
+mod analysis;
 mod controls;
 pub mod display;
 pub mod dropped;
-mod errors;
 mod governor;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod native;
@@ -55,11 +55,11 @@ pub mod web;
 mod wireframe;
 mod workshop;
 
+use analysis::{Analysed, Analysis};
 use display::{Scale, Show};
 use dropped::Arrived;
 use eframe::egui::{self, Ui};
 use eframe::egui_wgpu;
-use errors::ErrorPicture;
 use governor::Governor;
 use platform::Platform;
 use present::Look;
@@ -96,7 +96,8 @@ pub struct Viewer {
     split: f32,
     show: Show,
     has_wireframe: bool,
-    has_errors: bool,
+    /// Shown in place of the picture once it rests.
+    analysis: Option<Analysis>,
 
     workshop: Workshop,
     ordered: u64,
@@ -110,10 +111,11 @@ pub struct Viewer {
     governor: Governor,
     drawn: Option<Drawn>,
     moved: Instant,
-    errors: Option<egui::TextureHandle>,
-    /// Number of the picture being checked against the oracle.
-    checking: Option<u64>,
-    check: u64,
+    analysed: Option<egui::TextureHandle>,
+    /// Number of the analysis in progress.
+    analysing: Option<u64>,
+    /// Number of the last analysis.
+    analyses: u64,
 
     message: String,
     is_wrong: bool,
@@ -168,7 +170,7 @@ impl Viewer {
             split: 0.5,
             show: Show::Color,
             has_wireframe: false,
-            has_errors: false,
+            analysis: None,
             workshop: Workshop::new(wake),
             ordered: 0,
             shown: 0,
@@ -180,9 +182,9 @@ impl Viewer {
             governor: Governor::default(),
             drawn: None,
             moved: started,
-            errors: None,
-            checking: None,
-            check: 0,
+            analysed: None,
+            analysing: None,
+            analyses: 0,
             message: "Preparing the scene …".to_string(),
             is_wrong: false,
             saving: None,
@@ -201,7 +203,7 @@ impl Viewer {
         self.ordered += 1;
         self.moved = Instant::now();
         // The workshop drops an earlier check.
-        self.checking = None;
+        self.analysing = None;
         let mut scenes = vec![self.scene.clone()];
         if let Some(tier) = self.compared {
             let mut other = self.scene.clone();
@@ -229,10 +231,10 @@ impl Viewer {
                     self.complain(problem);
                     self.shown = number;
                 }
-                Delivery::Checked(number, errors) => {
-                    self.checking = self.checking.filter(|checking| *checking != number);
-                    match errors {
-                        Ok(errors) => self.show_errors(context, number, &errors),
+                Delivery::Analysed(number, analysed) => {
+                    self.analysing = self.analysing.filter(|analysing| *analysing != number);
+                    match analysed {
+                        Ok(analysed) => self.show_analysed(context, number, &analysed),
                         Err(problem) => self.complain(problem),
                     }
                 }
@@ -268,16 +270,16 @@ impl Viewer {
         self.prepared = scenes.map(|planned| Arc::new(planned.scene)).collect();
     }
 
-    fn show_errors(&mut self, context: &egui::Context, number: u64, errors: &ErrorPicture) {
-        if number != self.check {
+    fn show_analysed(&mut self, context: &egui::Context, number: u64, analysed: &Analysed) {
+        if number != self.analyses {
             return;
         }
-        let picture = &errors.picture;
+        let picture = &analysed.picture;
         let size = [picture.width as usize, picture.height as usize];
         let image = egui::ColorImage::from_rgb(size, &picture.bytes);
         let nearest = egui::TextureOptions::NEAREST;
-        self.errors = Some(context.load_texture("error", image, nearest));
-        self.say(errors.text.clone());
+        self.analysed = Some(context.load_texture("analysis", image, nearest));
+        self.say(analysed.text.clone());
     }
 
     fn say(&mut self, message: String) {

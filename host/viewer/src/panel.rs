@@ -1,6 +1,7 @@
 //! The panel of controls and the status line.
 
 use super::Viewer;
+use super::analysis::Analysis;
 use super::controls::Controls;
 use super::display::Show;
 use super::probe::Collector;
@@ -14,7 +15,11 @@ impl Viewer {
         let shows = Show::ALL.into_iter().map(|show| (show, show.name()));
         controls.choice("Show", &mut self.show, shows);
         controls.flag("Wireframe", &mut self.has_wireframe);
-        controls.flag("Error against the oracle", &mut self.has_errors);
+        let analyses = Analysis::ALL.map(|analysis| (Some(analysis), analysis.name()));
+        let nothing = std::iter::once((None, "nothing"));
+        if controls.choice("Analysis", &mut self.analysis, nothing.chain(analyses)) {
+            self.forget_analysis();
+        }
         let tiers = Tier::ALL.into_iter().map(|tier| (Some(tier), tier.name()));
         let none = std::iter::once((None, "nothing"));
         let mut is_changed = controls.choice("Compare with", &mut self.compared, none.chain(tiers));

@@ -1,7 +1,6 @@
 //! The picture of the viewer: drawing, pointer, keys, overlays and the bar
 //! between two tiers.
 
-use super::errors;
 use super::orbit;
 use super::probe::Collector;
 use super::workshop::Order;
@@ -220,18 +219,18 @@ impl Viewer {
         // Read once: it may change meanwhile.
         let is_moving = self.is_moving();
         self.draw(full, is_moving);
-        self.check(full, is_moving);
+        self.analyse(full, is_moving);
         let painter = ui.painter_at(rectangle);
         let whole = Rect::from_min_size(egui::Pos2::ZERO, Vec2::splat(1.0));
-        let errors = self.errors.as_ref().map(egui::TextureHandle::id);
-        let texture = errors.or(self.screen);
+        let analysed = self.analysed.as_ref().map(egui::TextureHandle::id);
+        let texture = analysed.or(self.screen);
         if let Some(texture) = texture {
             painter.image(texture, rectangle, whole, egui::Color32::WHITE);
         }
         if self.has_wireframe {
             self.paint_wireframe(&painter, rectangle);
         }
-        if self.compared.is_some() && !self.has_errors {
+        if self.compared.is_some() && self.analysis.is_none() {
             self.split_bar(ui, &painter, rectangle, collector);
         }
         if response.has_focus() {
@@ -240,7 +239,7 @@ impl Viewer {
                 .rect_stroke(rectangle, 0.0, stroke, egui::StrokeKind::Outside);
         }
         self.probe.settled = self.is_settled(full, is_moving) && !self.is_busy();
-        let is_complete = self.probe.settled && self.has_errors == self.errors.is_some();
+        let is_complete = self.probe.settled && self.analysis.is_some() == self.analysed.is_some();
         self.take_shot(ui.ctx(), rectangle, is_complete);
         if !self.probe.settled {
             // The workshop and the device request a repaint when they finish.
@@ -322,29 +321,34 @@ impl Viewer {
         }
     }
 
-    /// Orders a check of the picture against the oracle once it stands still.
-    fn check(&mut self, full: [u32; 2], is_moving: bool) {
-        if !self.has_errors || is_moving {
-            self.errors = None;
-            // A check in progress belongs to another picture.
-            self.check += 1;
-            return;
-        }
+    /// Drops the analysis that is shown, and the one in progress.
+    pub(super) fn forget_analysis(&mut self) {
+        self.analysed = None;
+        self.analyses += 1;
+    }
+
+    /// Orders the analysis of the picture once it stands still.
+    fn analyse(&mut self, full: [u32; 2], is_moving: bool) {
+        let Some(analysis) = self.analysis.filter(|_| !is_moving) else {
+            return self.forget_analysis();
+        };
         let (Some(camera), Some(first)) = (self.camera, self.prepared.first()) else {
             return;
         };
-        if self.errors.is_some() || self.checking.is_some() || !self.is_settled(full, is_moving) {
+        if self.analysed.is_some() || self.analysing.is_some() || !self.is_settled(full, is_moving)
+        {
             return;
         }
-        let size = errors::size(self.scene.size);
-        self.check += 1;
-        self.checking = Some(self.check);
-        self.workshop.order(Order::Check {
-            number: self.check,
+        let size = analysis.size(self.scene.size);
+        self.analyses += 1;
+        self.analysing = Some(self.analyses);
+        self.workshop.order(Order::Analyse {
+            analysis,
+            number: self.analyses,
             scene: first.clone(),
             camera,
             frame: Box::new(first.frame_from(&self.scene, &camera, size)),
         });
-        self.say("Checking the picture against the oracle …".to_string());
+        self.say(format!("Analysis: {} …", analysis.name()));
     }
 }

@@ -152,7 +152,7 @@ impl Viewer {
     }
 
     /// Requests a screenshot of the picture area, taken once the view is up to
-    /// date: any quantity, two tiers, wireframe or errors.
+    /// date: any quantity, two tiers, wireframe or analysis.
     pub(super) fn save_shown(&mut self) {
         self.shot = Shot::Wanted;
     }

@@ -1,6 +1,6 @@
 //! Background work: on a thread, or at once in a browser.
 
-use super::errors::ErrorPicture;
+use super::analysis::{Analysed, Analysis};
 use super::watch::Wake;
 use relievo::budget::{PlannedScene, plan_with};
 use relievo::prepare::{Assets, PreparedScene};
@@ -20,8 +20,10 @@ pub enum Order {
         /// Reads all files again.
         anew: bool,
     },
-    /// Compares a picture with the oracle.
-    Check {
+    /// Analyses a picture.
+    Analyse {
+        /// What is computed.
+        analysis: Analysis,
         /// Identifies the result.
         number: u64,
         /// The scene.
@@ -37,8 +39,8 @@ pub enum Order {
 pub enum Delivery {
     /// Prepared scenes.
     Prepared(u64, Result<Vec<PlannedScene>, String>),
-    /// The errors of a picture.
-    Checked(u64, Result<ErrorPicture, String>),
+    /// The analysis of a picture.
+    Analysed(u64, Result<Analysed, String>),
 }
 
 /// Executes orders in the background.
@@ -118,7 +120,7 @@ impl Bench {
             .inspect(|order| is_anew |= matches!(order, Order::Prepare { anew: true, .. }))
             .reduce(|before, order| match (&before, &order) {
                 // The picture's scene is about to change.
-                (Order::Prepare { .. }, Order::Check { .. }) => before,
+                (Order::Prepare { .. }, Order::Analyse { .. }) => before,
                 _ => order,
             });
         if is_anew {
@@ -128,14 +130,15 @@ impl Bench {
             Some(Order::Prepare { number, scenes, .. }) => {
                 Delivery::Prepared(number, self.prepare(&scenes))
             }
-            Some(Order::Check {
+            Some(Order::Analyse {
+                analysis,
                 number,
                 scene,
                 camera,
                 frame,
-            }) => Delivery::Checked(
+            }) => Delivery::Analysed(
                 number,
-                ErrorPicture::of(&scene, &camera, &frame).map_err(|error| error.to_string()),
+                Analysed::new(analysis, &scene, &camera, &frame).map_err(|error| error.to_string()),
             ),
             None => return,
         };

@@ -3,16 +3,24 @@
 use super::bake::describe;
 use super::limits::LimitArguments;
 use super::say;
-use super::session::{Loaded, load};
+use super::session::{Loaded, load, refuse_input};
 use clap::Args;
+use relievo::Error;
+use relievo::overlay::draw_local_depth;
+use relievo::picture::Picture;
 use relievo::render::gpu::adapters;
+use relievo::render::{CpuRenderer, Renderer};
 use std::mem::size_of_val;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Args)]
 pub struct InfoArguments {
     /// Scene file; without it only the adapters are shown
     scene: Option<PathBuf>,
+    /// Also draw where the depth is reduced: yellow little, green to an eighth, dark blue to
+    /// 1/64 and less
+    #[arg(long, value_name = "OUT.png", requires = "scene")]
+    local_depth: Option<PathBuf>,
     #[command(flatten)]
     limits: LimitArguments,
 }
@@ -21,6 +29,9 @@ pub fn run(arguments: &InfoArguments) -> anyhow::Result<()> {
     if let Some(path) = &arguments.scene {
         let loaded = load(path, None, &arguments.limits.limits())?;
         show(&loaded)?;
+        if let Some(output) = &arguments.local_depth {
+            draw(&loaded, output)?;
+        }
     }
     let all = adapters();
     if all.is_empty() {
@@ -114,6 +125,12 @@ fn show(
         }
         say(format_args!("  shape {}: {}", object.shape, describe(map)))?;
         let parameters = &prepared.parameters;
+        if let Some(local_depth) = prepared.local_depth {
+            say(format_args!(
+                "  local depth: {:.6}, {local_depth}",
+                prepared.depth
+            ))?;
+        }
         say(format_args!(
             "  extrusion: repeat {:?}, depth {}, e {}, b {}, c {}, {:?}, {} steps and {} bisections{}{}",
             object.repeat,
@@ -132,4 +149,16 @@ fn show(
         "prepared in {:.3} s",
         prepared.preparation.as_secs_f64()
     ))
+}
+
+/// Writes the picture of the local depth.
+fn draw(loaded: &Loaded, output: &Path) -> anyhow::Result<()> {
+    refuse_input(&loaded.scene, output)?;
+    let prepared = &loaded.prepared;
+    let words = CpuRenderer::new(prepared).color(&prepared.frame);
+    let words = words.map_err(Error::from)?;
+    let mut picture = Picture::develop(&words, 1).map_err(Error::from)?;
+    draw_local_depth(&mut picture, prepared, &prepared.frame).map_err(Error::from)?;
+    picture.save_png(output, &[])?;
+    say(format_args!("{}", output.display()))
 }

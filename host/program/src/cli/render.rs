@@ -4,7 +4,7 @@ use super::Backend;
 use super::limits::LimitArguments;
 use super::parse_budget;
 use super::parse_size;
-use super::session::{Loaded, choose_renderer, inputs, load_view, say_plans};
+use super::session::{Loaded, choose_renderer, load_view, refuse_input, say_plans};
 use super::{refuse_adapter, say};
 use clap::Args;
 use relievo::Error;
@@ -99,14 +99,8 @@ pub fn run(arguments: &RenderArguments) -> anyhow::Result<()> {
 
 /// Refuses an output that is an input, or two outputs of one name.
 fn check_outputs(scene: &Scene, output: &Path, aov: Option<&Path>) -> anyhow::Result<()> {
-    let inputs = inputs(scene);
     for path in [Some(output), aov].into_iter().flatten() {
-        if path.canonicalize().is_ok_and(|path| inputs.contains(&path)) {
-            anyhow::bail!(
-                "{} is a file that the scene reads; choose another name for the output",
-                path.display()
-            );
-        }
+        refuse_input(scene, path)?;
     }
     if aov == Some(output) {
         anyhow::bail!(

@@ -83,6 +83,18 @@ pub fn inputs(scene: &Scene) -> Vec<PathBuf> {
     all.filter_map(|path| path.canonicalize().ok()).collect()
 }
 
+/// Refuses the output at `path` if it is an input of `scene`.
+pub fn refuse_input(scene: &Scene, path: &Path) -> anyhow::Result<()> {
+    let is_input = |path| inputs(scene).contains(&path);
+    if path.canonicalize().is_ok_and(is_input) {
+        anyhow::bail!(
+            "{} is a file that the scene reads; choose another name for the output",
+            path.display()
+        );
+    }
+    Ok(())
+}
+
 /// Prints how objects with a budget are drawn, and warns if a budget may not be
 /// kept.
 pub fn say_plans(loaded: &Loaded) -> anyhow::Result<()> {

@@ -1,5 +1,7 @@
 //! Prisms and shells as data.
 
+use std::fmt;
+
 use glam::DVec3;
 
 /// The curved prism over one triangle: the points S(w) − d N(w) at the depths d
@@ -55,4 +57,16 @@ pub struct LocalDepth {
     pub least: f64,
     /// The median of the local depth over the reduced area, in object units.
     pub median: f64,
+}
+
+impl fmt::Display for LocalDepth {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "reduced over {:.2} % of the surface, to {:.6} in half of it and to {:.6} at least",
+            100.0 * self.share,
+            self.median,
+            self.least,
+        )
+    }
 }
