@@ -208,14 +208,10 @@ fn tortures_are_carved_whole() {
                 fast.silhouette_iou,
                 fast.interior_holes,
             );
-            // Behind the band, rays come into the shell through its floor: the tier does not
-            // follow them, and the oracle does.
-            let (iou, holes) = if mesh.name == "band" {
-                (0.98, 14)
-            } else {
-                (0.999, 0)
-            };
-            if accurate.silhouette_iou < iou || accurate.interior_holes > holes {
+            // Along the border of the band, seen from behind, the tier draws a pixel that the
+            // oracle does not.
+            let iou = if mesh.name == "band" { 0.99 } else { 0.999 };
+            if accurate.silhouette_iou < iou || accurate.interior_holes > 0 {
                 broken.push(format!("{} {rotate:?}: {accurate:?}", mesh.name));
             }
         }

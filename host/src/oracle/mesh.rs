@@ -10,7 +10,7 @@ use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
-use relievo_shared::normals::{CLASS_BEVEL, CLASS_MISS, CLASS_WALL};
+use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_MISS, CLASS_WALL};
 use relievo_shared_f64::layout::{NO_NEIGHBOUR, Object};
 use relievo_shared_f64::normals::class_of;
 use relievo_shared_f64::profile::Profile;
@@ -130,7 +130,7 @@ impl<'a> MeshOracle<'a> {
                 if class == CLASS_MISS || (found.sample.is_hit() && t >= found.sample.t) {
                     return;
                 }
-                if class != CLASS_WALL || !self.is_from_below(leaf, eye, direction, t) {
+                if class == CLASS_CAP || !self.is_from_below(leaf, eye, direction, t) {
                     found.sample = Sample { class, t };
                     return;
                 }
