@@ -1109,3 +1109,37 @@ fn closed_forms_are_met_up_to_the_mesh() {
         assert_eq!(count.wrong(), 0);
     }
 }
+
+/// A floor pixel that is dark among lit ones is no shadow: rays towards the light started
+/// below the floor.
+#[test]
+fn floors_have_no_dark_specks() {
+    for tier in ["fast", "accurate"] {
+        for profile in ["", "technique = 'beveled'\nbevel = 0.05\n"] {
+            let text = format!(
+                "[[object]]\nmesh = '../meshes/torus.obj'\nshape = '../patterns/discs.png'\nrepeat = [24, 10]\ndepth = 0.1\ntier = '{tier}'\nself_shadow = true\n{profile}"
+            );
+            let mut scene = prepared(&text, &asset("scenes/test.toml"));
+            let classes = CpuRenderer::new(&scene).geometry(&scene.frame).unwrap();
+            let shadowed = CpuRenderer::new(&scene).color(&scene.frame).unwrap();
+            scene.objects[0].parameters.self_shadow = 0;
+            let plain = CpuRenderer::new(&scene).color(&scene.frame).unwrap();
+            let [width, height] = scene.size.map(|side| side as usize);
+            let is_floor = |i: usize| classes.class(i) == CLASS_FLOOR;
+            let is_dark = |i: usize| shadowed.words[i] != plain.words[i];
+            let (mut floors, mut dark, mut specks) = (0, 0, 0);
+            for i in (1..height - 1).flat_map(|y| (1..width - 1).map(move |x| y * width + x)) {
+                let beside = [i - width, i - 1, i + 1, i + width];
+                if is_floor(i) && beside.into_iter().all(is_floor) {
+                    floors += 1;
+                    dark += usize::from(is_dark(i));
+                    let lit = beside.into_iter().filter(|&other| !is_dark(other)).count();
+                    specks += usize::from(is_dark(i) && lit > 2);
+                }
+            }
+            println!("{tier} {profile:?}: {floors} floor pixels, {dark} dark, {specks} specks");
+            assert!(floors > 1_000 && dark > 50, "{floors} {dark}");
+            assert!(1_000 * specks <= floors, "{specks} of {floors}");
+        }
+    }
+}

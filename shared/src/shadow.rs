@@ -1,7 +1,7 @@
 //! Self-shadows: a second march from the hit towards the light, through the same
 //! shell.
 
-use crate::arithmetic::{div, max, normalize_or, sqrt};
+use crate::arithmetic::{div, kept3, max, normalize_or, sqrt};
 use crate::layout::Object;
 use crate::march::{END_MISS, Limits, march};
 use crate::normals::CLASS_CAP;
@@ -14,6 +14,19 @@ use crate::{Real, Vec2, Vec3};
 /// Distance of a shadow ray's start from the surface, texels: more than the error of the
 /// hit and the staircase of the pattern's outline.
 pub const CLEARANCE: Real = 1.5;
+
+/// Returns the direction away from a wall whose unit normal is `side`, orthogonal to the unit
+/// normal `smooth` of the surface; zero if `side` is that normal, as a floor's is.
+#[inline]
+pub fn away(side: Vec3, smooth: Vec3) -> Vec3 {
+    let part = kept3(side - smooth * smooth.dot(side));
+    // The rest of equal normals is rounding, which points anywhere.
+    if part.dot(part) > 1e-6 {
+        normalize_or(part, Vec3::ZERO)
+    } else {
+        Vec3::ZERO
+    }
+}
 
 /// A ray from a point inside the shell towards the light.
 struct LightPath {
@@ -114,11 +127,8 @@ pub fn lit<T: Texels + ?Sized>(
     } else {
         0.0
     };
-    // Start beside the wall, along the part of its normal that lies in the map.
-    let sideways = normalize_or(
-        point.normal - point.surface_normal * point.normal.dot(point.surface_normal),
-        Vec3::ZERO,
-    );
+    // Start beside the wall.
+    let sideways = away(point.normal, point.surface_normal);
     let uv_sideways = Vec2::new(
         sideways.dot(surface.gradient_u),
         sideways.dot(surface.gradient_v),

@@ -1,13 +1,13 @@
 //! The accurate tier: from prism to prism through the curved shell (section 6).
 
 use super::{Found, Model, Normals, Ray, Traced};
-use crate::arithmetic::{div, kept, kept3, max, normalize_or, sqrt};
+use crate::arithmetic::{div, kept, kept3, max, sqrt};
 use crate::exit::Exits;
 use crate::layout::{Frame, Object, vec3};
 use crate::normals::{CLASS_CAP, CLASS_WALL, HitSurface, normal_at};
 use crate::prism::{Prism, PrismFrame};
 use crate::profile::Profile;
-use crate::shadow::CLEARANCE;
+use crate::shadow::{CLEARANCE, away};
 use crate::shape_map::{ShapeMap, Texels};
 use crate::walk::{self, Field, PrismList};
 use crate::{Real, Vec2, Vec3};
@@ -157,11 +157,8 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
                 depth_fraction,
             )
         };
-        // Start beside it, along the part of its normal that lies in the map.
-        let sideways = normalize_or(
-            kept3(side - normals.smooth * normals.smooth.dot(side)),
-            Vec3::ZERO,
-        );
+        // Start beside it.
+        let sideways = away(side, normals.smooth);
         let rate = Vec2::new(
             kept(sideways.dot(kept3(surface.gradient_u))),
             kept(sideways.dot(kept3(surface.gradient_v))),
