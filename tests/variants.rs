@@ -1,9 +1,10 @@
 //! Which replaced operations change the pictures' bits: the scenes of `assets/`
 //! drawn with modified operations of the shared mathematics.
 
+use crate::real;
 use relievo::prepare::{PreparedObject, PreparedScene, prepare};
 use relievo::render::{CpuRenderer, Renderer};
-use relievo::scene::Scene;
+use relievo::scene::{Scene, Tier};
 use relievo_shared::layout::{
     Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_ACCURATE, TIER_FAST,
     TIER_PAPER, TIER_PLANAR,
@@ -366,15 +367,32 @@ fn describe(tree: &str, scene: &str, finding: &Finding) -> String {
     format!("{tree}, {scene}: {site}{caller}: {problem:?} {count} times, first {example}")
 }
 
-#[test]
-fn the_values_of_every_scene_keep_the_contract() {
+/// Panics with the operations of `scenes` that leave the range of the value contract.
+fn assert_contract<'a>(scenes: impl Iterator<Item = &'a Prepared>) {
     let trees: [(&str, Render); 2] = [("native", native::render), ("corrected", corrected::render)];
     let mut found = Vec::new();
-    for prepared in SCENES.iter() {
+    for prepared in scenes {
         for (tree, render) in trees {
             let (_, findings) = audited(|| render(prepared));
             found.extend(findings.iter().map(|f| describe(tree, &prepared.name, f)));
         }
     }
     assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn the_values_of_every_scene_keep_the_contract() {
+    assert_contract(SCENES.iter());
+}
+
+#[test]
+fn the_values_of_real_meshes_keep_the_contract() {
+    for path in real::named_meshes() {
+        for tier in [Tier::Planar, Tier::Fast, Tier::Accurate] {
+            for view in 0..real::VIEWS.len() {
+                let scene = real::scene(&path, tier, view, SIZE);
+                assert_contract(std::iter::once(&Prepared::new(&path, scene)));
+            }
+        }
+    }
 }

@@ -144,14 +144,16 @@ pub fn power(x: Real, exponent: u32) -> Real {
     result
 }
 
+/// Returns `x`, or 0 if its magnitude is below `least`.
+#[inline]
+pub fn zero_below(x: Real, least: Real) -> Real {
+    if x < least && x > -least { 0.0 } else { x }
+}
+
 /// Returns `x`, or 0 if its magnitude is below [`SMALLEST`].
 #[inline]
 pub fn kept(x: Real) -> Real {
-    if x < SMALLEST && x > -SMALLEST {
-        0.0
-    } else {
-        x
-    }
+    zero_below(x, SMALLEST)
 }
 
 /// Applies [`kept`] to each component.

@@ -1,6 +1,6 @@
 //! The surface class of a hit and the normal that lights it (section 9).
 
-use crate::arithmetic::{div, normalize_or};
+use crate::arithmetic::{div, kept3, normalize_or};
 use crate::layout::Object;
 use crate::march::{END_CAP, END_FLOOR, END_MISS, March};
 use crate::profile::Profile;
@@ -104,7 +104,7 @@ pub fn normal_at<S: HitSurface, T: Texels + ?Sized>(
     let profile = Profile::new(object);
     let is_sloped = class == CLASS_BEVEL && profile.grows;
     let side = surface.side(slope, is_sloped, profile.slope(depth_fraction));
-    normalize_or(side, smooth)
+    normalize_or(kept3(side), smooth)
 }
 
 #[cfg(test)]
@@ -214,6 +214,17 @@ mod tests {
                 assert!((found - expected).length() < 1e-3, "{found} {expected}");
             }
         }
+    }
+
+    /// The part along the normal is subtracted: products of two small numbers remain.
+    #[test]
+    fn tiny_components_of_normals_are_none() {
+        let (sample, mut surface) = half(true);
+        surface.gradient_u = Vec3::new(0.0, 4.0, 9e-19);
+        let at = Vec3::new(9e-19, 0.0, 1.0);
+        let found = normal(CLASS_WALL, &sample, &surface, at, [0.5, 0.3]);
+        assert_eq!(found.x, 0.0);
+        assert!((found.y - 1.0).abs() < 1e-6);
     }
 
     #[test]

@@ -223,6 +223,7 @@ impl Prism {
         let a = self.surface.along_first(x.x, x.y) - self.normal.along_first(x.x, x.y) * deep;
         let b = self.surface.along_second(x.x, x.y) - self.normal.along_second(x.x, x.y) * deep;
         let c = self.normal.at(x.x, x.y) * -self.depth;
+        let (a, b, c) = (kept3(a), kept3(b), kept3(c));
         let ab = a.cross(b);
         // δ grows inward: the determinant is negative unless the prism is folded.
         let determinant = -ab.dot(c);
@@ -232,9 +233,9 @@ impl Prism {
             along_first: a,
             along_second: b,
             along_depth: c,
-            gradient_first: b.cross(c) * inverse,
-            gradient_second: c.cross(a) * inverse,
-            gradient_depth: ab * inverse,
+            gradient_first: kept3(b.cross(c) * inverse),
+            gradient_second: kept3(c.cross(a) * inverse),
+            gradient_depth: kept3(ab * inverse),
             regular,
         }
     }
@@ -244,7 +245,7 @@ impl Prism {
     pub fn frame(&self, x: Vec3) -> PrismFrame {
         let jacobian = self.jacobian(x);
         let [a, b, c] = self.corner_normals;
-        let depth_gradient = normalize_or(kept3(-jacobian.gradient_depth), Vec3::Z);
+        let depth_gradient = normalize_or(-jacobian.gradient_depth, Vec3::Z);
         PrismFrame {
             normal: normalize_or(
                 kept3(a * (1.0 - x.x - x.y) + b * x.x + c * x.y),
@@ -283,8 +284,10 @@ impl Prism {
     /// The second derivative of F at `x` in the directions `p` and `q`.
     #[inline]
     fn bend(&self, x: Vec3, p: Vec3, q: Vec3) -> Vec3 {
-        let turn = self.normal_change(x, p) * q.z + self.normal_change(x, q) * p.z;
-        self.surface.bend(p, q) - (self.normal.bend(p, q) * x.z + turn) * self.depth
+        let turn = kept3(self.normal_change(x, p) * self.depth) * q.z
+            + kept3(self.normal_change(x, q) * self.depth) * p.z;
+        let bend = kept3(self.normal.bend(p, q) * self.depth) * x.z;
+        kept3(self.surface.bend(p, q) - (bend + turn))
     }
 
     /// Returns the change of N for a change of x.

@@ -1,6 +1,6 @@
 //! The smooth surface at a point of a facet, interpolated from the corners.
 
-use crate::arithmetic::{div, normalize_or};
+use crate::arithmetic::{div, kept3, normalize_or};
 use crate::contract::SMALLEST_PRODUCT;
 use crate::facet::FacetHit;
 use crate::layout::{Triangle, vec2, vec3};
@@ -28,6 +28,25 @@ pub struct Surface {
     pub uv_bend: Vec2,
     /// δ0: how far the facet lies below the smooth surface here, object units.
     pub facet_depth: Real,
+}
+
+impl Surface {
+    /// Returns the surface as a ray meets it that asks for its exit: the facet, whose normal has
+    /// the direction of `facet_normal`, where the quadric is 0. A mesh that is shallower than
+    /// asked for is straight there (docs/object.md), although its normals may differ.
+    #[inline]
+    pub fn cap(self, facet_normal: Vec3) -> Surface {
+        let is_straight = self.quadric.x == 0.0 && self.quadric.y == 0.0 && self.quadric.z == 0.0;
+        Surface {
+            normal: if is_straight {
+                normalize_or(facet_normal, self.normal)
+            } else {
+                self.normal
+            },
+            facet_depth: if is_straight { 0.0 } else { self.facet_depth },
+            ..self
+        }
+    }
 }
 
 /// Returns the surface of `triangle` at `hit`.
@@ -66,7 +85,7 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
         normal,
         tangent,
         bitangent,
-        quadric: vec3(a.quadric) * wa + vec3(b.quadric) * wb + vec3(c.quadric) * wc,
+        quadric: kept3(vec3(a.quadric) * wa + vec3(b.quadric) * wb + vec3(c.quadric) * wc),
         uv: vec2(a.uv) * wa + vec2(b.uv) * wb + vec2(c.uv) * wc,
         gradient_u: gradient_u - normal * gradient_u.dot(normal),
         gradient_v: gradient_v - normal * gradient_v.dot(normal),
@@ -120,7 +139,7 @@ pub fn uv_bend(triangle: &Triangle, normal: Vec3, direction: Vec3) -> Vec2 {
 #[inline]
 fn any_perpendicular(n: Vec3) -> Vec3 {
     let axis = if n.x * n.x < 0.5 { Vec3::X } else { Vec3::Y };
-    normalize_or(axis - n * n.dot(axis), Vec3::Z)
+    normalize_or(kept3(axis - n * n.dot(axis)), Vec3::Z)
 }
 
 #[cfg(test)]

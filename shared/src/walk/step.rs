@@ -2,7 +2,8 @@
 //! time, and how long these are exact enough. Time is distance along the ray, object
 //! units.
 
-use crate::arithmetic::{abs, div, max, sqrt};
+use crate::arithmetic::{abs, div, kept, max, sqrt};
+use crate::contract::LARGEST;
 use crate::prism::{Prism, State};
 use crate::{FAR, Real, Vec3};
 
@@ -46,7 +47,12 @@ pub(super) fn rise(c: Real, v: Real, a: Real) -> Real {
     } else {
         (root - v, a)
     };
-    div(over, under)
+    let under = kept(under);
+    if over < under * LARGEST {
+        div(over, under)
+    } else {
+        FAR
+    }
 }
 
 /// Returns the smallest h > 0 where c + v h + ½ a h² crosses zero downward, for c ≥ 0.

@@ -71,7 +71,7 @@ pub(super) static LIST: &[Function] = &[
         name: "path: entry",
         over: "δ0 / S_z",
         relative_to: "the entry",
-        exponents: [-40, 2],
+        exponents: [-32, 0],
         stride: 8,
         bound: DOUBLE_ROOT,
         others: 1e-4,
