@@ -344,6 +344,7 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
             slope: 0.5,
             facet_depth: 0.1 * surface.facet_depth,
             uv: path.uv(3.0 * object.depth),
+            depth: object.depth,
         };
         // Every other ray has an exit.
         let words = if worst.traced % 2 == 0 {

@@ -174,7 +174,7 @@ pub fn exits(
     if !found.hit {
         kill();
     }
-    *words = Exit::new(direction, &triangle, &found).words(object);
+    *words = Exit::new(object, direction, &triangle, &found).words(object);
     *depth = reversed_depth;
 }
 

@@ -5,11 +5,11 @@
 //! [`QuadraticPath::until`](crate::path::QuadraticPath::until). On a GPU a render pass
 //! writes the nearest back face of each pixel before the objects are drawn.
 
-use crate::arithmetic::floor;
+use crate::arithmetic::{clamp, floor};
 use crate::camera::reversed_depth;
 use crate::facet::{FacetHit, intersect};
 use crate::layout::{Frame, Object, Triangle, vec3};
-use crate::surface::interpolate;
+use crate::surface::{interpolate, local_depth};
 use crate::{Real, Vec2, Vec3};
 use glam::UVec4;
 
@@ -18,12 +18,14 @@ use glam::UVec4;
 pub struct Exit {
     /// Distance from the eye to the facet, object units; 0 where none is known.
     pub t: Real,
-    /// Cosine of the angle between the ray and the smooth normal there.
+    /// Cosine of the angle between the ray and the normal of the cap there, 0 to 1.
     pub slope: Real,
-    /// How far the facet lies below the smooth surface there, object units.
+    /// How far the facet lies below the cap there, object units.
     pub facet_depth: Real,
     /// Texture coordinates there, repeats; known up to whole numbers.
     pub uv: Vec2,
+    /// The local depth h there, object units.
+    pub depth: Real,
 }
 
 /// The nearest back face on the ray of one pixel, as [`Exit::words`] stores it.
@@ -45,6 +47,8 @@ impl Exits for KnownExit {
 
 /// The bits of the facet's depth that hold the object's number instead.
 const NUMBER: u32 = 0xff;
+/// The bits of h that are kept.
+const UPPER: u32 = 0xffff_0000;
 
 /// Returns `triangle` as seen from behind.
 #[inline]
@@ -74,28 +78,30 @@ pub fn meet(frame: &Frame, direction: Vec3, triangle: &Triangle) -> (FacetHit, R
 }
 
 impl Exit {
-    /// Returns the exit at `hit` of the back side of `triangle`.
+    /// Returns the exit at `hit` of the back side of `triangle` of `object`.
     #[inline]
-    pub fn new(direction: Vec3, triangle: &Triangle, hit: &FacetHit) -> Exit {
+    pub fn new(object: &Object, direction: Vec3, triangle: &Triangle, hit: &FacetHit) -> Exit {
         let surface = interpolate(triangle, hit);
+        let cap = surface.cap(hit.normal);
         Exit {
             t: hit.t,
-            slope: direction.dot(surface.normal),
-            facet_depth: surface.facet_depth,
+            slope: clamp(direction.dot(cap.normal), 0.0, 1.0),
+            facet_depth: cap.facet_depth,
             uv: surface.uv,
+            depth: local_depth(triangle, hit, object.depth),
         }
     }
 
-    /// Returns the words of a picture's pixel: t, slope and facet depth as the bits of
-    /// f32, the last with the number of `object` in its lowest 8 bits, and u and v as
-    /// fractions of 16 bits.
+    /// Returns the words of a picture's pixel: t as the bits of f32; the slope as a fraction of
+    /// 16 bits, and the upper 16 bits of h; the bits of the facet depth with the number of
+    /// `object` in the lowest 8; u and v as fractions of 16 bits.
     #[inline]
     #[allow(clippy::unnecessary_cast)] // Real may be f64.
     pub fn words(&self, object: &Object) -> UVec4 {
         let fraction = |x: Real| ((x - floor(x)) * 65_536.0) as u32 & 0xffff;
         UVec4::new(
             (self.t as f32).to_bits(),
-            (self.slope as f32).to_bits(),
+            (self.slope * 65_535.0) as u32 | ((self.depth as f32).to_bits() & UPPER),
             ((self.facet_depth as f32).to_bits() & !NUMBER) | (object.number & NUMBER),
             fraction(self.uv.x) | fraction(self.uv.y) << 16,
         )
@@ -104,7 +110,7 @@ impl Exit {
     /// Returns the exit of `words`, if it is one of `object`.
     #[inline]
     pub fn from_words(words: UVec4, object: &Object) -> Exit {
-        let (t, slope, facet_depth, uv) = (words.x, words.y, words.z, words.w);
+        let (t, slope_and_depth, facet_depth, uv) = (words.x, words.y, words.z, words.w);
         let is_own = facet_depth & NUMBER == object.number & NUMBER;
         Exit {
             t: if is_own {
@@ -112,12 +118,13 @@ impl Exit {
             } else {
                 0.0
             },
-            slope: f32::from_bits(slope) as Real,
+            slope: (slope_and_depth & !UPPER) as i32 as Real * (1.0 / 65_535.0),
             facet_depth: f32::from_bits(facet_depth & !NUMBER) as Real,
             uv: Vec2::new(
                 (uv & 0xffff) as i32 as Real * (1.0 / 65_536.0),
                 (uv >> 16) as i32 as Real * (1.0 / 65_536.0),
             ),
+            depth: f32::from_bits(slope_and_depth & UPPER) as Real,
         }
     }
 
@@ -150,10 +157,13 @@ mod tests {
             slope: 0.7,
             facet_depth: 0.001,
             uv: Vec2::new(-1.25, 7.5),
+            depth: 0.03,
         };
         let words = exit.words(&object(3));
         let found = Exit::from_words(words, &object(3));
-        assert_eq!((found.t, found.slope), (exit.t, exit.slope));
+        assert_eq!(found.t, exit.t);
+        assert!((found.slope - exit.slope).abs() < 2e-5);
+        assert!((found.depth - exit.depth).abs() < 0.01 * exit.depth);
         assert!((found.facet_depth - exit.facet_depth).abs() < 1e-4 * exit.facet_depth);
         assert_eq!(found.uv, Vec2::new(0.75, 0.5));
         assert_eq!(Exit::from_words(words, &object(4)).t, 0.0);
@@ -181,7 +191,7 @@ mod tests {
         let (hit, depth) = meet(&frame, Vec3::NEG_Z, &triangle);
         assert!(hit.hit && !meet(&frame, Vec3::NEG_Z, &reversed(&triangle)).0.hit);
         assert!((depth - 0.005).abs() < 1e-6);
-        let exit = Exit::new(Vec3::NEG_Z, &triangle, &hit);
+        let exit = Exit::new(&Object::default(), Vec3::NEG_Z, &triangle, &hit);
         assert!((exit.t - 2.0).abs() < 1e-6 && (exit.slope - 1.0).abs() < 1e-6);
         assert!((exit.uv.x - 0.5).abs() < 1e-6, "{}", exit.uv);
         // In front of the near plane there is no exit.

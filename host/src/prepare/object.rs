@@ -5,12 +5,14 @@ use super::exits::exit_number;
 use super::prepared::PreparedObject;
 use super::shells::{MeshShell, Shells};
 use crate::Error;
-use crate::mesh::{LocalDepth, Mesh, MeshCorner, MeshTriangle, SHALLOWEST, smaller_stretch};
+use crate::mesh::{Mesh, MeshCorner, MeshTriangle, SHALLOWEST, smaller_stretch};
 use crate::scene::{Material, Scene, SceneObject, Shape};
 use crate::shape_map::{ShapeMap, Storage};
 use glam::DVec3;
 use rayon::prelude::*;
-use relievo_shared::layout::{Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, Triangle};
+use relievo_shared::layout::{
+    Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, TIER_FAST, Triangle,
+};
 use relievo_shared::profile::{Profile, know_upright};
 use std::sync::Arc;
 
@@ -100,11 +102,11 @@ pub(super) fn prepare_object(
     } else {
         (shells.of(&mesh, depth), Vec::new())
     };
-    tell_local_depth(object, depth, shell.local_depth);
     parameters.depth = shell.depth as f32;
     // The paper's tier and relief mapping draw what was published: one depth.
     let has_local_depth = is_accurate || parameters.search == SEARCH_EXTRUSION;
     let flat = FLAT / mesh.bounds.diagonal();
+    let is_fast = parameters.search == SEARCH_EXTRUSION && parameters.tier == TIER_FAST;
     let triangles = mesh
         .triangles
         .par_iter()
@@ -112,6 +114,9 @@ pub(super) fn prepare_object(
         .map(|(index, triangle)| {
             let reductions = shell.reductions.get(index).filter(|_| has_local_depth);
             let reductions = reductions.copied().unwrap_or_default();
+            // The fast tier draws the facet where the surface is straight.
+            let is_straight = is_fast && shell.straight.get(index).is_some_and(|is| *is);
+            let flat = if is_straight { f64::INFINITY } else { flat };
             narrow_triangle(triangle, reductions, origin, object.repeat, flat)
         })
         .collect::<Vec<_>>();
@@ -122,6 +127,7 @@ pub(super) fn prepare_object(
         parameters,
         triangles,
         depth,
+        local_depth: shell.local_depth,
         prisms: Vec::new(),
         map,
         map_options: object.map,
@@ -273,21 +279,4 @@ fn check_depth(scene: &Scene, object: &SceneObject, mesh: &Mesh, depth: f64) -> 
             "the depth {depth:e} is too little for the accurate tier, which follows rays through depths from {least:.2e} on in a mesh of this size: write tier = \"fast\", which is as good there, or more depth"
         ),
     })
-}
-
-/// Tells where an object is less deep than asked for.
-fn tell_local_depth(object: &SceneObject, depth: f64, local_depth: Option<LocalDepth>) {
-    let Some(LocalDepth {
-        share,
-        least,
-        median,
-    }) = local_depth
-    else {
-        return;
-    };
-    tracing::warn!(
-        "object {:?}: the depth {depth:.6} is reduced over {:.2} % of the surface, to {median:.6} in half of it and to {least:.6} at least, since the mesh is too thin or too curved there",
-        object.name,
-        100.0 * share,
-    );
 }

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::mesh::{LocalDepth, Mesh, Shell};
+use crate::mesh::{LocalDepth, Mesh, MeshPrism, Shell};
 
 /// Smaller reductions are rounding errors.
 const SMALLEST: f64 = 1e-6;
@@ -15,6 +15,8 @@ pub(super) struct MeshShell {
     /// [`Corner::depth_reduction`](relievo_shared::layout::Corner::depth_reduction);
     /// empty if there are none.
     pub reductions: Vec<[f32; 3]>,
+    /// Whether the surface over each triangle is straight; empty if there are no reductions.
+    pub straight: Vec<bool>,
     /// Where it is less than asked for.
     pub local_depth: Option<LocalDepth>,
 }
@@ -69,10 +71,11 @@ impl MeshShell {
             }
         };
         let is_reduced = shell.prisms.iter().any(|prism| prism.shares != [1.0; 3]);
-        let reduced = shell.prisms.iter().filter(|_| is_reduced);
+        let reduced = || shell.prisms.iter().filter(|_| is_reduced);
         MeshShell {
             depth: shell.depth,
-            reductions: reduced.map(|prism| prism.shares.map(reduction)).collect(),
+            reductions: reduced().map(|prism| prism.shares.map(reduction)).collect(),
+            straight: reduced().map(MeshPrism::is_straight).collect(),
             local_depth: shell.local_depth,
         }
     }

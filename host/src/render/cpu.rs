@@ -226,7 +226,8 @@ impl<'a> CpuRenderer<'a> {
         nearest.map_or(UVec4::ZERO, |([object, triangle], facet, _)| {
             let object = &self.scene.objects[object as usize];
             let triangle = &object.triangles[triangle as usize];
-            Exit::new(direction, triangle, &facet).words(&object.parameters)
+            let parameters = &object.parameters;
+            Exit::new(parameters, direction, triangle, &facet).words(parameters)
         })
     }
 

@@ -117,9 +117,15 @@ impl<M: OverTriangle> Model<Triangle> for M {
         if is_curved {
             surface.uv_bend = uv_bend(triangle, surface.normal, direction);
         }
+        let asks = M::asks_for_exits() && ray.object.number != 0;
         let path = if is_curved {
-            let path = QuadraticPath::bent(&surface, direction, facet.t, depth);
-            if M::asks_for_exits() && path.enters {
+            let cap = if asks {
+                surface.cap(facet.normal)
+            } else {
+                surface
+            };
+            let path = QuadraticPath::bent(&cap, direction, facet.t, depth);
+            if asks && path.enters {
                 path.until(&Exit::of(ray.object, exits), facet.t)
             } else {
                 path

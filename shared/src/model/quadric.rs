@@ -3,7 +3,9 @@
 
 use super::over_triangle::{OverTriangle, TriangleEntry, march_over};
 use super::{Found, Ray};
-use crate::arithmetic::{abs, clamp, div, floor, max, min, normalize_or, sqrt};
+use crate::arithmetic::{
+    SMALLEST, abs, clamp, div, floor, kept, kept3, max, min, normalize_or, sqrt, zero_below,
+};
 use crate::exit::Exit;
 use crate::layout::{TIER_FAST, Triangle};
 use crate::path::{FLAT, QuadraticPath};
@@ -42,12 +44,21 @@ impl OverTriangle for Quadric {
 /// centre of curvature, where the series for a smaller depth is better.
 const MOST_WARP: Real = 0.25;
 
+/// Parts of the direction below this (2⁻²⁴) count as 0: no product of theirs may be
+/// denormal.
+pub(crate) const LEAST_ANGLE: Real = 5.960_464_5e-8;
+/// Curvatures times the depth, and lengths over the depth, below this (2⁻³⁴) count as 0
+/// likewise.
+pub(crate) const LEAST_BEND: Real = 5.820_766e-11;
+/// Factor (2²⁰) of two small numbers before they are squared and divided.
+const RAISED: Real = 1_048_576.0;
+
 /// Least length of a path up to its exit, as a share of the exit's distance from the
 /// eye: less is a rounding error.
 const SHORTEST: Real = 1e-6;
-/// Least distance of a floor from the plane that touches the mesh at the exit, as a share
-/// of the depth: 1 where the mesh is convex and its depth the same everywhere.
-const LEAST_BELOW_EXIT: Real = 0.5;
+/// Least distance of a floor from the plane that touches the cap at the exit, as a share of
+/// the local depth there: 1 where the mesh is convex.
+const LEAST_BELOW_EXIT: Real = 0.95;
 /// Halvings that find the floor on a path up to its exit.
 const HALVINGS: u32 = 16;
 
@@ -75,63 +86,59 @@ impl QuadraticPath {
     /// the facet depth of section 4.
     #[inline]
     pub fn bent(surface: &Surface, direction: Vec3, facet_t: Real, depth: Real) -> QuadraticPath {
-        let v_x = direction.dot(surface.tangent);
-        let v_y = direction.dot(surface.bitangent);
-        let v_z = -direction.dot(surface.normal);
+        let v_x = zero_below(direction.dot(surface.tangent), LEAST_ANGLE);
+        let v_y = zero_below(direction.dot(surface.bitangent), LEAST_ANGLE);
+        let v_z = zero_below(-direction.dot(surface.normal), LEAST_ANGLE);
         let velocity = Vec2::new(
             direction.dot(surface.gradient_u),
             direction.dot(surface.gradient_v),
         );
-        let quadric = surface.quadric;
-        // Q V, and q = V · Q V.
+        // S_z Q V, and S_z q = V · S_z Q V.
+        let quadric = surface.quadric * depth;
         let turn = Vec2::new(
-            quadric.x * v_x + 0.5 * quadric.y * v_y,
-            0.5 * quadric.y * v_x + quadric.z * v_y,
+            zero_below(quadric.x * v_x + 0.5 * quadric.y * v_y, LEAST_BEND),
+            zero_below(0.5 * quadric.y * v_x + quadric.z * v_y, LEAST_BEND),
         );
-        let q = turn.x * v_x + turn.y * v_y;
-        let turn_squared = turn.dot(turn);
+        let q = kept(turn.x * v_x + turn.y * v_y);
         let tangential = v_x * v_x + v_y * v_y;
 
-        // ½ k S_z; less than |Q V|² / q where the ray nearly follows a straight line
+        // ½ k S_z; less than S_z |Q V|² / q where the ray nearly follows a straight line
         // of a saddle.
-        let least = max(q * q, tangential * turn_squared * 0.0625);
-        let half_bend = if least > FLAT * FLAT {
-            clamp(
-                div(turn_squared, least) * (q * depth),
-                -MOST_WARP,
-                MOST_WARP,
-            )
+        let (raised, raised_q) = (turn * RAISED, q * RAISED);
+        let squared = raised.dot(raised);
+        let least = max(raised_q * raised_q, tangential * squared * 0.0625);
+        let half_bend = if least > SMALLEST {
+            clamp(div(squared, least) * q, -MOST_WARP, MOST_WARP)
         } else {
             0.0
         };
         let floor_depth = depth * (1.0 - half_bend);
         let inverse_depth = div(1.0, floor_depth);
-        let half_curvature = half_bend * (1.0 - half_bend) * inverse_depth;
-        let q = q + half_curvature * (v_z * v_z);
+        // 1 / S_z.
+        let per_depth = (1.0 - half_bend) * inverse_depth;
+        let q = (q + half_bend * (v_z * v_z)) * per_depth;
         let q = if q < FLAT && q > -FLAT { 0.0 } else { q };
 
         // A facet deeper than the quadric reaches: its depth is ignored.
-        let radicand = v_z * v_z + 4.0 * q * surface.facet_depth;
-        let facet_depth = if radicand < 0.0 {
-            0.0
-        } else {
-            surface.facet_depth
-        };
+        let facet_depth = zero_below(surface.facet_depth, LEAST_BEND * depth);
+        let radicand = v_z * v_z + 4.0 * q * facet_depth;
+        let facet_depth = if radicand < 0.0 { 0.0 } else { facet_depth };
         let radicand = if radicand < 0.0 { v_z * v_z } else { radicand };
         let slope = sqrt(radicand);
 
         // 2 Q V, limited like the depth.
-        let reach = 16.0 * (depth * depth) * turn_squared;
+        let reach = 16.0 * turn.dot(turn);
         let share = if reach > tangential {
             div(tangential, reach)
         } else {
             1.0
         };
-        let shift = turn * (2.0 * share);
+        let shift = turn * (2.0 * share * per_depth);
         let shift_in_space = surface.tangent * shift.x + surface.bitangent * shift.y;
+        let shift_in_space = kept3(shift_in_space);
         let uv_shift = Vec2::new(
-            shift_in_space.dot(surface.gradient_u),
-            shift_in_space.dot(surface.gradient_v),
+            kept(shift_in_space.dot(surface.gradient_u)),
+            kept(shift_in_space.dot(surface.gradient_v)),
         );
         let from_facet = velocity + uv_shift * facet_depth;
         let uv_bend = uv_shift * v_z + surface.uv_bend;
@@ -207,7 +214,7 @@ impl QuadraticPath {
 
     /// Returns the path of a ray that leaves the mesh at `exit`, if that lies behind the
     /// facet at distance `facet_t` and `self` contradicts it: `self` ends on the cap, or on
-    /// the floor nearer than half the depth to the plane that touches the mesh at the exit.
+    /// the floor above that of the exit.
     ///
     /// Between the entry and the exit, at distance L, the depth is the cubic that has the
     /// slopes R and R_b at the two ends, x = s / L:
@@ -234,8 +241,9 @@ impl QuadraticPath {
         });
         let length = to_facet + from_facet;
         let is_known = exit.t > facet_t && to_facet > 0.0 && length > SHORTEST * exit.t;
-        let below_exit = last_slope * (length - self.end) * self.inverse_depth;
-        let contradicts = self.end > 0.0 && (!self.ends_on_floor || below_exit < LEAST_BELOW_EXIT);
+        let below_exit = last_slope * (length - self.end);
+        let is_above = below_exit < LEAST_BELOW_EXIT * exit.depth;
+        let contradicts = self.end > 0.0 && (!self.ends_on_floor || is_above);
         if !is_known || !contradicts {
             return self;
         }
@@ -303,12 +311,13 @@ impl QuadraticPath {
             return surface.normal;
         }
         let from_facet = self.entry_from_facet + s;
-        let x = from_facet * (direction.dot(surface.tangent) + self.foot_bend.x * from_facet);
-        let y = from_facet * (direction.dot(surface.bitangent) + self.foot_bend.y * from_facet);
+        let x = direction.dot(surface.tangent) + self.foot_bend.x * from_facet;
+        let y = direction.dot(surface.bitangent) + self.foot_bend.y * from_facet;
+        let (x, y) = (kept(from_facet * x), kept(from_facet * y));
         let quadric = surface.quadric;
         let raw = surface.normal
             + surface.tangent * (2.0 * quadric.x * x + quadric.y * y)
             + surface.bitangent * (quadric.y * x + 2.0 * quadric.z * y);
-        normalize_or(raw, surface.normal)
+        normalize_or(kept3(raw), surface.normal)
     }
 }
