@@ -44,10 +44,6 @@ const TRUSTED: Real = 0.25;
 /// to the bend.
 const DOUBT: Real = 0.05;
 
-/// Share of the tolerance by which the ray may miss the place where it enters: more widens
-/// the outline.
-const ENTRY_SHARE: Real = 0.0625;
-
 /// Returns the smallest h > 0 where c + v h + ½ a h² crosses zero upward; [`FAR`] if it
 /// clearly does not within `rest`.
 ///
@@ -368,7 +364,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                         && is_closed
                         && !retries
                         && at.state.passes_by(h_inside, data.inverse_altitude));
-                let tolerance = ENTRY_SHARE * self.tolerance * (enter + at.t);
+                let tolerance = self.tolerance * (enter + at.t);
                 if !over
                     && !retries
                     && aim.opening != NONE
