@@ -107,7 +107,7 @@ impl Exit {
         )
     }
 
-    /// Returns the exit of `words`, if it is one of `object`.
+    /// Returns the exit of `words`; its t is 0 unless it is one of `object`.
     #[inline]
     pub fn from_words(words: UVec4, object: &Object) -> Exit {
         let (t, slope_and_depth, facet_depth, uv) = (words.x, words.y, words.z, words.w);
@@ -126,17 +126,6 @@ impl Exit {
             ),
             depth: f32::from_bits(slope_and_depth & UPPER) as Real,
         }
-    }
-
-    /// Returns the exit of a ray through `object`; t is 0 where none is known.
-    #[inline]
-    pub fn of<X: Exits>(object: &Object, exits: &X) -> Exit {
-        let words = if object.number == 0 {
-            UVec4::ZERO
-        } else {
-            exits.words()
-        };
-        Exit::from_words(words, object)
     }
 }
 

@@ -218,7 +218,7 @@ mod tests {
 
     /// The part along the normal is subtracted: products of two small numbers remain.
     #[test]
-    fn tiny_components_of_normals_are_none() {
+    fn tiny_components_of_normals_are_zero() {
         let (sample, mut surface) = half(true);
         surface.gradient_u = Vec3::new(0.0, 4.0, 9e-19);
         let at = Vec3::new(9e-19, 0.0, 1.0);

@@ -31,9 +31,9 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Returns the surface as a ray meets it that asks for its exit: the facet, whose normal has
-    /// the direction of `facet_normal`, where the quadric is 0. A mesh that is shallower than
-    /// asked for is straight there (docs/object.md), although its normals may differ.
+    /// Returns the cap of an object whose rays ask for their exits: this surface, or the facet
+    /// where the quadric is 0. There the surface is straight (docs/object.md), although its
+    /// normals may differ. `facet_normal` has the direction of the facet's normal.
     #[inline]
     pub fn cap(self, facet_normal: Vec3) -> Surface {
         let is_straight = self.quadric.x == 0.0 && self.quadric.y == 0.0 && self.quadric.z == 0.0;

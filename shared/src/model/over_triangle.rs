@@ -126,7 +126,7 @@ impl<M: OverTriangle> Model<Triangle> for M {
             };
             let path = QuadraticPath::bent(&cap, direction, facet.t, depth);
             if asks && path.enters {
-                path.until(&Exit::of(ray.object, exits), facet.t)
+                path.until(&Exit::from_words(exits.words(), ray.object), facet.t)
             } else {
                 path
             }

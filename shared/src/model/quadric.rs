@@ -50,14 +50,15 @@ pub(crate) const LEAST_ANGLE: Real = 5.960_464_5e-8;
 /// Curvatures times the depth, and lengths over the depth, below this (2⁻³⁴) count as 0
 /// likewise.
 pub(crate) const LEAST_BEND: Real = 5.820_766e-11;
-/// Factor (2²⁰) of two small numbers before they are squared and divided.
+/// Scale (2²⁰) of two small numbers whose squares are divided. It changes no bit of the quotient,
+/// and keeps the squares in the range of the value contract.
 const RAISED: Real = 1_048_576.0;
 
 /// Least length of a path up to its exit, as a share of the exit's distance from the
 /// eye: less is a rounding error.
 const SHORTEST: Real = 1e-6;
 /// Least distance of a floor from the plane that touches the cap at the exit, as a share of
-/// the local depth there: 1 where the mesh is convex.
+/// the local depth there. Where the mesh is convex, the distance is at least that depth.
 const LEAST_BELOW_EXIT: Real = 0.95;
 /// Halvings that find the floor on a path up to its exit.
 const HALVINGS: u32 = 16;
@@ -117,7 +118,7 @@ impl QuadraticPath {
         // 1 / S_z.
         let per_depth = (1.0 - half_bend) * inverse_depth;
         let q = (q + half_bend * (v_z * v_z)) * per_depth;
-        let q = if q < FLAT && q > -FLAT { 0.0 } else { q };
+        let q = zero_below(q, FLAT);
 
         // A facet deeper than the quadric reaches: its depth is ignored.
         let facet_depth = zero_below(surface.facet_depth, LEAST_BEND * depth);
@@ -214,7 +215,7 @@ impl QuadraticPath {
 
     /// Returns the path of a ray that leaves the mesh at `exit`, if that lies behind the
     /// facet at distance `facet_t` and `self` contradicts it: `self` ends on the cap, or on
-    /// the floor above that of the exit.
+    /// a floor that lies above the floor at the exit.
     ///
     /// Between the entry and the exit, at distance L, the depth is the cubic that has the
     /// slopes R and R_b at the two ends, x = s / L:
