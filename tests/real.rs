@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 const FOLDERS: [&str; 2] = ["/usr/share/assimp/models", "/usr/share/glmark2/models"];
 
 /// What is promised of a mesh, as measured in docs/measurements.md.
-struct Promise {
+pub struct Promise {
     name: &'static str,
     depth: Option<f64>,
     /// Least IoU, and largest number of interior holes; of the fast tier from each side.
@@ -29,7 +29,7 @@ struct Promise {
     inner: f64,
 }
 
-const PROMISES: [Promise; 5] = [
+static PROMISES: [Promise; 5] = [
     Promise {
         name: "bunny.obj",
         depth: Some(0.03),
@@ -156,10 +156,14 @@ fn meshes() -> Vec<PathBuf> {
     all
 }
 
-/// Returns the files of [`PROMISES`].
-pub fn named_meshes() -> Vec<PathBuf> {
-    let is_named = |path: &PathBuf| PROMISES.iter().any(|promise| path.ends_with(promise.name));
-    meshes().into_iter().filter(is_named).collect()
+/// Returns the files of [`PROMISES`] that are installed.
+pub fn named_meshes() -> Vec<(&'static Promise, PathBuf)> {
+    let all = meshes();
+    let file = |promise: &Promise| all.iter().find(|path| path.ends_with(promise.name));
+    PROMISES
+        .iter()
+        .filter_map(|promise| Some((promise, file(promise)?.clone())))
+        .collect()
 }
 
 /// Returns a scene with the mesh at `path`, carved with discs and seen from `view`.
@@ -246,7 +250,7 @@ fn no_shell_folds() {
 /// No word of the exact shaders differs from the CPU's.
 #[test]
 fn gpu_words_of_real_meshes_are_the_cpu_s() {
-    for path in named_meshes() {
+    for (_, path) in named_meshes() {
         for tier in [Tier::Fast, Tier::Accurate] {
             let scene = scene(&path, tier, 0, [100, 75]);
             let prepared = prepare(&scene, &|_| ()).unwrap();
@@ -308,16 +312,12 @@ pub fn compare(scene_of: impl Fn(Tier) -> Scene) -> ([Accuracy; 2], [usize; 2]) 
 /// The two tiers against the mesh oracle, from three sides.
 #[test]
 fn the_named_meshes_are_carved_as_promised() {
-    let all = meshes();
     let mut broken = Vec::new();
-    for promise in &PROMISES {
+    for (promise, path) in named_meshes() {
         let name = promise.name;
-        let Some(path) = all.iter().find(|path| path.ends_with(name)) else {
-            continue;
-        };
         for view in 0..3 {
             let ([fast, accurate], [pixels, lost]) = compare(|tier| {
-                let mut scene = scene(path, tier, view, [400, 300]);
+                let mut scene = scene(&path, tier, view, [400, 300]);
                 scene.objects[0].depth = promise.depth;
                 scene
             });
@@ -348,12 +348,8 @@ fn the_named_meshes_are_carved_as_promised() {
 /// Budgets are promised on real meshes, and kept on every pixel.
 #[test]
 fn budgets_hold_on_the_named_meshes() {
-    let all = meshes();
-    for promise in &PROMISES {
-        let Some(path) = all.iter().find(|path| path.ends_with(promise.name)) else {
-            continue;
-        };
-        let mut scene = scene(path, Tier::Fast, 0, [160, 120]);
+    for (promise, path) in named_meshes() {
+        let mut scene = scene(&path, Tier::Fast, 0, [160, 120]);
         scene.objects[0].depth = promise.depth;
         let held = Study::of(scene).unwrap().hold(&[0.5, 2.0]).unwrap();
         for Held { plan, share_above } in &held {

@@ -1,4 +1,4 @@
-//! Draws over a picture of the scene: the polygon mesh, or the local depth.
+//! Draws over a picture of a scene: the polygon mesh, or the local depth.
 //!
 //! ```
 //! use relievo::overlay::draw_mesh;
@@ -27,13 +27,14 @@
 
 use crate::picture::Picture;
 use crate::prepare::PreparedScene;
-use crate::render::{RenderError, allocate};
+use crate::render::{CpuRenderer, RenderError, Renderer, allocate};
 use crate::scene::Color;
 use rayon::prelude::*;
 use relievo_shared::camera::pixel_ray;
 use relievo_shared::facet::intersect;
 use relievo_shared::layout::{Frame, Triangle, vec3};
 use relievo_shared::outline::bounding_rectangle;
+use relievo_shared::surface::local_depth;
 
 /// Samples per pixel side: edges are two samples wide, so one pixel.
 const SAMPLES: u32 = 2;
@@ -94,36 +95,27 @@ pub fn draw_mesh(
     Ok(())
 }
 
-/// Colours the picture of `scene` in `frame` where the local depth h is less than the
-/// object's depth S_z (docs/object.md): yellow near h = S_z, green at S_z / 8, dark blue at
-/// S_z / 64 and below. h is that of the mesh, where the pixel's ray meets it first.
+/// Returns the picture of `scene` in `frame`, drawn by the CPU and coloured where the local
+/// depth h is less than the object's depth S_z (docs/object.md): yellow near h = S_z, green
+/// at S_z / 8, dark blue at S_z / 64 and below. h is that of the mesh, where the pixel's ray
+/// meets it first.
 ///
 /// # Errors
 /// [`RenderError::Memory`].
-///
-/// # Panics
-/// If `picture` and `frame` differ in size.
-pub fn draw_local_depth(
-    picture: &mut Picture,
-    scene: &PreparedScene,
-    frame: &Frame,
-) -> Result<(), RenderError> {
-    assert_eq!(
-        [picture.width, picture.height],
-        frame.size.map(|side| side as u32)
-    );
-    let facets = nearest_facets(frame, &triangles(scene))?;
-    // For each triangle its corners' reductions, and h / S_z where these are 0.
-    let shares: Vec<([f32; 3], f32)> = scene
+pub fn local_depth_picture(scene: &PreparedScene, frame: &Frame) -> Result<Picture, RenderError> {
+    let words = CpuRenderer::new(scene).color(frame)?;
+    let mut picture = Picture::develop(&words, 1)?;
+    let triangles = triangles(scene);
+    let facets = nearest_facets(frame, &triangles)?;
+    // For each triangle h / S_z where its depth is not reduced.
+    let wholes: Vec<f32> = scene
         .objects
         .iter()
         .flat_map(|object| {
             let whole = (f64::from(object.parameters.depth) / object.depth) as f32;
-            let corners = object.triangles.iter().map(|triangle| triangle.corners);
-            corners.map(move |corners| (corners.map(|corner| corner.depth_reduction), whole))
+            object.triangles.iter().map(move |_| whole)
         })
         .collect();
-    let triangles = triangles(scene);
     let eye = vec3(frame.eye);
     let width = picture.width as usize;
     let pixels = picture.bytes.par_chunks_exact_mut(3).zip(&facets);
@@ -132,9 +124,9 @@ pub fn draw_local_depth(
             return;
         }
         let direction = pixel_ray(frame, (i % width) as u32, (i / width) as u32);
-        let weights = intersect(eye, direction, triangles[*facet as usize]).weights;
-        let (reductions, whole) = shares[*facet as usize];
-        let share = whole * (1.0 - weights.dot(reductions.into()));
+        let triangle = triangles[*facet as usize];
+        let hit = intersect(eye, direction, triangle);
+        let share = local_depth(triangle, &hit, wholes[*facet as usize]);
         if share < FULL {
             let ink = heat(1.0 + share.max(f32::MIN_POSITIVE).log2() / OCTAVES);
             for (byte, ink) in pixel.iter_mut().zip(ink) {
@@ -143,7 +135,7 @@ pub fn draw_local_depth(
             }
         }
     });
-    Ok(())
+    Ok(picture)
 }
 
 /// Returns a colour, 0…1 each, for `x`: dark blue at 0, green at 0.5, yellow at 1.

@@ -1,4 +1,4 @@
-//! Measures scenes, random ones most of all: to fit the model, and to check that plans keep their
+//! Measures scenes, mostly random ones: to fit the model, and to check that plans keep their
 //! promises.
 
 use super::metrics::{ScreenMetrics, measure};

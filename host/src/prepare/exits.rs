@@ -14,12 +14,16 @@ pub(super) fn exit_number(parameters: &Object, triangles: &[Triangle], number: u
     let is_doubtful = |corner: &Corner| {
         corner.depth_reduction > 0.0 || warp(corner, parameters.depth) > TOO_CURVED
     };
-    let asks = parameters.search == SEARCH_EXTRUSION
-        && parameters.tier == TIER_FAST
+    let asks = is_fast(parameters)
         && triangles
             .par_iter()
             .any(|triangle| triangle.corners.iter().any(is_doubtful));
     if asks { (number % 255 + 1) as u32 } else { 0 }
+}
+
+/// Returns whether the fast tier draws the object, with a profile and not as relief.
+pub(super) fn is_fast(parameters: &Object) -> bool {
+    parameters.search == SEARCH_EXTRUSION && parameters.tier == TIER_FAST
 }
 
 /// Half the largest normal curvature at a corner times the depth; negative where the

@@ -1,7 +1,7 @@
 //! One object: its parameters, its triangles and its prisms.
 
 use super::camera::narrow;
-use super::exits::exit_number;
+use super::exits::{exit_number, is_fast};
 use super::prepared::PreparedObject;
 use super::shells::{MeshShell, Shells};
 use crate::Error;
@@ -10,9 +10,7 @@ use crate::scene::{Material, Scene, SceneObject, Shape};
 use crate::shape_map::{ShapeMap, Storage};
 use glam::DVec3;
 use rayon::prelude::*;
-use relievo_shared::layout::{
-    Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, TIER_FAST, Triangle,
-};
+use relievo_shared::layout::{Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, Triangle};
 use relievo_shared::profile::{Profile, know_upright};
 use std::sync::Arc;
 
@@ -106,7 +104,7 @@ pub(super) fn prepare_object(
     // The paper's tier and relief mapping draw what was published: one depth.
     let has_local_depth = is_accurate || parameters.search == SEARCH_EXTRUSION;
     let flat = FLAT / mesh.bounds.diagonal();
-    let is_fast = parameters.search == SEARCH_EXTRUSION && parameters.tier == TIER_FAST;
+    let is_fast = is_fast(&parameters);
     let triangles = mesh
         .triangles
         .par_iter()

@@ -2,7 +2,7 @@
 
 use glam::DVec3;
 use relievo::oracle::{MeshOracle, Truth};
-use relievo::overlay::draw_local_depth;
+use relievo::overlay::local_depth_picture;
 use relievo::picture::Picture;
 use relievo::prepare::PreparedScene;
 use relievo::render::{CpuRenderer, RenderError, Renderer};
@@ -96,9 +96,6 @@ impl Analysed {
     }
 
     fn local_depth(scene: &PreparedScene, frame: &Frame) -> Result<Analysed, RenderError> {
-        let words = CpuRenderer::new(scene).color(frame)?;
-        let mut picture = Picture::develop(&words, 1)?;
-        draw_local_depth(&mut picture, scene, frame)?;
         let reduced: Vec<String> = scene
             .objects
             .iter()
@@ -112,6 +109,9 @@ impl Analysed {
         } else {
             reduced.join("; ")
         };
-        Ok(Analysed { picture, text })
+        Ok(Analysed {
+            picture: local_depth_picture(scene, frame)?,
+            text,
+        })
     }
 }

@@ -6,10 +6,8 @@ use super::say;
 use super::session::{Loaded, load, refuse_input};
 use clap::Args;
 use relievo::Error;
-use relievo::overlay::draw_local_depth;
-use relievo::picture::Picture;
+use relievo::overlay::local_depth_picture;
 use relievo::render::gpu::adapters;
-use relievo::render::{CpuRenderer, Renderer};
 use std::mem::size_of_val;
 use std::path::{Path, PathBuf};
 
@@ -17,8 +15,8 @@ use std::path::{Path, PathBuf};
 pub struct InfoArguments {
     /// Scene file; without it only the adapters are shown
     scene: Option<PathBuf>,
-    /// Also draw where the depth is reduced: yellow little, green to an eighth, dark blue to
-    /// 1/64 and less
+    /// Also draw where the depth is reduced: yellow for a little, green for 1/8 of the depth,
+    /// dark blue for 1/64 or less
     #[arg(long, value_name = "OUT.png", requires = "scene")]
     local_depth: Option<PathBuf>,
     #[command(flatten)]
@@ -155,10 +153,7 @@ fn show(
 fn draw(loaded: &Loaded, output: &Path) -> anyhow::Result<()> {
     refuse_input(&loaded.scene, output)?;
     let prepared = &loaded.prepared;
-    let words = CpuRenderer::new(prepared).color(&prepared.frame);
-    let words = words.map_err(Error::from)?;
-    let mut picture = Picture::develop(&words, 1).map_err(Error::from)?;
-    draw_local_depth(&mut picture, prepared, &prepared.frame).map_err(Error::from)?;
+    let picture = local_depth_picture(prepared, &prepared.frame).map_err(Error::from)?;
     picture.save_png(output, &[])?;
     say(format_args!("{}", output.display()))
 }
