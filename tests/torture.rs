@@ -210,7 +210,7 @@ fn tortures_are_carved_whole() {
             );
             // Along the border of the band, seen from behind, the tier draws a pixel that the
             // oracle does not.
-            let iou = if mesh.name == "band" { 0.99 } else { 0.999 };
+            let iou = if mesh.name == "band" { 0.995 } else { 0.999 };
             if accurate.silhouette_iou < iou || accurate.interior_holes > 0 {
                 broken.push(format!("{} {rotate:?}: {accurate:?}", mesh.name));
             }

@@ -33,10 +33,8 @@ pub struct MeshPrism {
 ///
 /// h is at most half the way to the opposite wall, so that opposite floors do not
 /// meet, 45 % of the radius of curvature, and 90 % of the depth at which a prism folds, 46 %
-/// where it is curved. It
-/// changes by at most a quarter of an edge's length along the edge, and to at most eight
-/// times as much. It is S_z where nothing
-/// limits it.
+/// where it is curved. Along an edge it changes by at most 15 % of the edge's length, and to at
+/// most four times as much. It is S_z where nothing limits it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shell {
     /// The largest local depth, in object units: the depth asked for, or less where it

@@ -12,11 +12,11 @@ use glam::DVec3;
 use relievo_shared::layout::NO_NEIGHBOUR;
 
 /// Largest change of the local depth along an edge, as a share of its length.
-const SLOPE: f64 = 0.25;
+const SLOPE: f64 = 0.15;
 
 /// Largest ratio of the local depths at the two ends of an edge. Where it is larger, δ in a
 /// prism is far from linear, and rays get lost.
-const RATIO: f64 = 8.0;
+const RATIO: f64 = 4.0;
 
 /// Largest local depth, as a share of the radius of curvature along an edge. Deeper, columns
 /// are pinched, and a quadric says too little about the way of a ray.
@@ -39,7 +39,7 @@ const GIVEN: f64 = 0.89;
 
 /// Where the local depth is reduced, the largest distance of an edge of the surface from
 /// the straight edge, as a share of that depth.
-const BULGE: f64 = 0.2;
+const BULGE: f64 = 0.12;
 
 /// The most by which a round reduces the local depth of a prism that folds.
 const LEAST_FACTOR: f64 = 0.5;
