@@ -22,8 +22,8 @@ const FLOOR: f64 = 1.0 - 10.0 * OVERLAP;
 /// Largest δ at which a ray that enters below the floor still hits it.
 const BELOW: f64 = 1.0 + 1e-6;
 
-/// A hit where the ray enters a prism is on the cap if δ is at most this, also if
-/// it enters through a side.
+/// A hit where the ray enters a prism is on the cap if it goes in and δ is at most this, also
+/// if it enters through a side.
 const CAP: f64 = 1e-3;
 
 /// A ray's search of one prism.
@@ -573,7 +573,8 @@ pub(super) fn search(
     }
 
     let in_eye = first && enter <= 0.0 && t <= 0.0;
-    let at_cap = first && !in_eye && state.x.z <= CAP;
+    let goes_in = state.velocity.z > 0.0;
+    let at_cap = first && !in_eye && goes_in && state.x.z <= CAP;
     let mut bisections = if first { 0 } else { binary_steps };
     while bisections > 0 {
         let middle = 0.5 * (before + t);

@@ -372,11 +372,11 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     && at.may_glide(h, tolerance)
                 {
                     // The second order is exact enough at the opening: no more
-                    // iterations. A neighbour may be off to the other side.
+                    // iterations. The ray may have come in this far from where it seems.
                     let mut there = at;
                     there.glide(h);
                     let (c, _, _) = there.state.within(aim.opening);
-                    let overlap = overlap + 2.0 * tolerance * data.inverse_altitude;
+                    let overlap = overlap + tolerance * data.inverse_altitude;
                     if abs(c) <= ARRIVED && there.state.comes_in(aim.opening, overlap) {
                         at = there;
                         found = true;
