@@ -131,16 +131,29 @@ impl Inputs<'_> {
                 .all(|valence| valence <= LARGEST_VALENCE)
     }
 
+    /// Returns the corners of a face. Vertices are one where their bits are equal: adding 0
+    /// makes −0 into 0.
+    fn corners(&self, face: u32) -> [Corner; 3] {
+        let face = &self.faces[face as usize];
+        std::array::from_fn(|corner| Corner {
+            position: self.positions[face.vertices[corner] as usize] + Vec3::ZERO,
+            normal: face.normals[corner].as_vec3() + Vec3::ZERO,
+            uv: (self.uv_scale * (face.uvs[corner] - self.uv_origin)).as_vec2() + Vec2::ZERO,
+        })
+    }
+
     /// Computes the tangents of every face, about `size` faces at once.
     fn tangents(&self, size: usize) -> Vec<Tangents> {
         let all = 0..self.faces.len() as u32;
-        let mut selected: Vec<u32> = all.filter(|face| self.is_suitable(*face)).collect();
+        let selected: Vec<u32> = all.filter(|face| self.is_suitable(*face)).collect();
         // Blocks are slabs, which have few neighbours.
         let low = self.positions.iter().copied().reduce(Vec3::min);
         let high = self.positions.iter().copied().reduce(Vec3::max);
         let axis = (high.unwrap_or_default() - low.unwrap_or_default()).max_position();
-        let at = |face: &u32| self.positions[self.faces[*face as usize].vertices[0] as usize][axis];
-        selected.par_sort_by(|a, b| at(a).total_cmp(&at(b)).then(a.cmp(b)));
+        let at = |face: u32| self.positions[self.faces[face as usize].vertices[0] as usize][axis];
+        let mut keyed: Vec<(f32, u32)> = selected.iter().map(|face| (at(*face), *face)).collect();
+        keyed.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+        let mut selected: Vec<u32> = keyed.into_iter().map(|(_, face)| face).collect();
         let blocks: Vec<Vec<Tangents>> = selected
             .par_chunks_mut(size)
             .map(|block| self.tangents_of(block))
@@ -168,13 +181,12 @@ impl Inputs<'_> {
         selected.dedup();
         let mut geometry = Geometry {
             tangents: vec![Tangents::default(); selected.len()],
-            selected,
-            inputs: self,
+            faces: selected.iter().map(|face| self.corners(*face)).collect(),
         };
         let Ok(()) = generate_tangents(&mut geometry) else {
             unreachable!("no error is defined");
         };
-        let found = geometry.selected.iter().zip(geometry.tangents);
+        let found = selected.iter().zip(geometry.tangents);
         found
             .filter(|(face, _)| block.binary_search(face).is_ok())
             .map(|(_, tangents)| tangents)
@@ -182,25 +194,23 @@ impl Inputs<'_> {
     }
 }
 
+/// A corner of a face as MikkTSpace reads it, many times.
+struct Corner {
+    position: Vec3,
+    normal: Vec3,
+    uv: Vec2,
+}
+
 /// The faces of a part of a mesh for MikkTSpace.
-struct Geometry<'a> {
-    inputs: &'a Inputs<'a>,
-    /// Indices of the faces.
-    selected: Vec<u32>,
+struct Geometry {
+    faces: Vec<[Corner; 3]>,
     /// Tangent and handedness of each corner of each of them.
     tangents: Vec<Tangents>,
 }
 
-impl Geometry<'_> {
-    fn face(&self, face: usize) -> &Face {
-        &self.inputs.faces[self.selected[face] as usize]
-    }
-}
-
-// Vertices are one where their bits are equal: adding 0 makes −0 into 0.
-impl bevy_mikktspace::Geometry for Geometry<'_> {
+impl bevy_mikktspace::Geometry for Geometry {
     fn num_faces(&self) -> usize {
-        self.selected.len()
+        self.faces.len()
     }
 
     fn num_vertices_of_face(&self, _face: usize) -> usize {
@@ -208,19 +218,15 @@ impl bevy_mikktspace::Geometry for Geometry<'_> {
     }
 
     fn position(&self, face: usize, corner: usize) -> [f32; 3] {
-        let position = self.inputs.positions[self.face(face).vertices[corner] as usize];
-        (position + Vec3::ZERO).to_array()
+        self.faces[face][corner].position.to_array()
     }
 
     fn normal(&self, face: usize, corner: usize) -> [f32; 3] {
-        (self.face(face).normals[corner].as_vec3() + Vec3::ZERO).to_array()
+        self.faces[face][corner].normal.to_array()
     }
 
     fn tex_coord(&self, face: usize, corner: usize) -> [f32; 2] {
-        let uv = self.face(face).uvs[corner];
-        let inputs = self.inputs;
-        let unit: Vec2 = (inputs.uv_scale * (uv - inputs.uv_origin)).as_vec2();
-        (unit + Vec2::ZERO).to_array()
+        self.faces[face][corner].uv.to_array()
     }
 
     fn set_tangent(&mut self, tangent: Option<TangentSpace>, face: usize, corner: usize) {
