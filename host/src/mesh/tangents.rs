@@ -145,13 +145,13 @@ impl Inputs<'_> {
     /// Computes the tangents of every face, about `size` faces at once.
     fn tangents(&self, size: usize) -> Vec<Tangents> {
         let all = 0..self.faces.len() as u32;
-        let selected: Vec<u32> = all.filter(|face| self.is_suitable(*face)).collect();
         // Blocks are slabs, which have few neighbours.
         let low = self.positions.iter().copied().reduce(Vec3::min);
         let high = self.positions.iter().copied().reduce(Vec3::max);
         let axis = (high.unwrap_or_default() - low.unwrap_or_default()).max_position();
         let at = |face: u32| self.positions[self.faces[face as usize].vertices[0] as usize][axis];
-        let mut keyed: Vec<(f32, u32)> = selected.iter().map(|face| (at(*face), *face)).collect();
+        let suitable = all.filter(|face| self.is_suitable(*face));
+        let mut keyed: Vec<(f32, u32)> = suitable.map(|face| (at(face), face)).collect();
         keyed.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let mut selected: Vec<u32> = keyed.into_iter().map(|(_, face)| face).collect();
         let blocks: Vec<Vec<Tangents>> = selected
@@ -194,7 +194,7 @@ impl Inputs<'_> {
     }
 }
 
-/// A corner of a face as MikkTSpace reads it, many times.
+/// A corner of a face for MikkTSpace, which reads it many times.
 struct Corner {
     position: Vec3,
     normal: Vec3,
