@@ -14,9 +14,9 @@ use relievo_shared::layout::{Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, Tr
 use relievo_shared::profile::{Profile, know_upright};
 use std::sync::Arc;
 
-/// Share of the tolerance that an object of reduced depth gets. δ varies more in its prisms, and
-/// the third order, which estimates a ray's error, says less.
-const REDUCED: f32 = 0.5;
+/// Share of the tolerance that an object gets whose depth is reduced. δ varies more in its
+/// prisms, and the third order underestimates a ray's error.
+const REDUCED_TOLERANCE: f32 = 0.5;
 
 /// What objects of a scene have in common.
 pub(super) struct Common<'a> {
@@ -106,7 +106,7 @@ pub(super) fn prepare_object(
     };
     parameters.depth = shell.depth as f32;
     if shell.local_depth.is_some() {
-        parameters.tolerance *= REDUCED;
+        parameters.tolerance *= REDUCED_TOLERANCE;
     }
     // The paper's tier and relief mapping draw what was published: one depth.
     let has_local_depth = is_accurate || parameters.search == SEARCH_EXTRUSION;
