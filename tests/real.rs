@@ -345,6 +345,43 @@ fn the_named_meshes_are_carved_as_promised() {
     assert!(broken.is_empty(), "{broken:#?}");
 }
 
+/// The other files against the mesh oracle, from three sides: the accurate tier has no hole,
+/// and the fast tier no miss far inside.
+#[test]
+fn every_mesh_is_carved_as_the_oracle_says() {
+    // Files with the same picture are compared once.
+    let mut pictures = BTreeMap::new();
+    for path in meshes() {
+        if PROMISES.iter().any(|promise| path.ends_with(promise.name)) {
+            continue;
+        }
+        let scene = scene(&path, Tier::Planar, 1, [60, 45]);
+        if let Ok(prepared) = prepare(&scene, &|_| ()) {
+            let words = CpuRenderer::new(&prepared).geometry(&prepared.frame);
+            pictures.entry(words.unwrap().surface).or_insert(path);
+        }
+    }
+    let broken: Vec<String> = pictures
+        .par_iter()
+        .flat_map_iter(|(_, path)| (0..3).map(move |view| (path, view)))
+        .filter_map(|(path, view)| {
+            let scene_of = |tier| scene(path, tier, view, [400, 300]);
+            let ([_, accurate], [_, lost]) = compare(scene_of);
+            let wrong = accurate.extra + accurate.holes;
+            // Of 2,976 hits of concave_polygon.obj, 3 are nearer to the outline than
+            // 0.0015 pixels: the tolerance is 0.02.
+            let is_right = accurate.silhouette_iou >= 0.999 || wrong <= 3;
+            let is_whole = accurate.interior_holes == 0 && lost == 0;
+            (!is_right || !is_whole).then(|| {
+                let name = path.display();
+                format!("{name} from {view}: {lost} lost, {accurate:?}")
+            })
+        })
+        .collect();
+    assert!(broken.is_empty(), "{broken:#?}");
+    println!("{} different pictures from three sides", pictures.len());
+}
+
 /// Budgets are promised on real meshes, and kept on every pixel.
 #[test]
 fn budgets_hold_on_the_named_meshes() {
