@@ -14,7 +14,7 @@ use relievo_shared::layout::{Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, Tr
 use relievo_shared::profile::{Profile, know_upright};
 use std::sync::Arc;
 
-/// Share of the tolerance that an object gets whose depth is reduced. δ varies more in its
+/// Factor on the tolerance of an object whose local depth is reduced. δ varies more in its
 /// prisms, and the third order underestimates a ray's error.
 const REDUCED_TOLERANCE: f32 = 0.5;
 
