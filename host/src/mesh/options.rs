@@ -28,6 +28,9 @@ pub struct MeshOptions {
     /// How far the surface is moved outward, in object units, ≥ 0: columns of that depth
     /// then rise from the mesh.
     pub raise: f64,
+    /// Whether tangents are those of MikkTSpace. If not, each triangle has its own, which
+    /// takes less time: enough for the planar and the accurate tier, which read none.
+    pub smooth_tangents: bool,
     /// Maximum number of triangles; values above 2²⁸ are reduced to it.
     pub triangle_limit: usize,
     /// Maximum size of the file and its buffers, in bytes. Larger files are not
@@ -51,6 +54,7 @@ impl Default for MeshOptions {
             translation: DVec3::ZERO,
             crease_angle: DEFAULT_CREASE_ANGLE,
             raise: 0.0,
+            smooth_tangents: true,
             triangle_limit: 1 << 26,
             byte_limit: 4 << 30,
         }

@@ -14,7 +14,7 @@ use super::options::MeshOptions;
 use super::orient::orient;
 use super::raw::{Corner, RawMesh};
 use super::surface::{DEGENERATE_AREA, Face, Surface, area_normal};
-use super::tangents::{TangentFrame, tangent_frames};
+use super::tangents::{TangentFrame, face_frames, tangent_frames};
 use super::triangles::{Mesh, MeshCorner, MeshReport, MeshTriangle};
 use super::weld::weld;
 
@@ -93,7 +93,13 @@ pub(super) fn prepare(
     let computed_normals = normals::complete(&mut surface, options.crease_angle);
     let corners_at = surface.corners_at();
     let (frames, gradients) = rayon::join(
-        || tangent_frames(&surface, &corners_at, &bounds),
+        || {
+            if options.smooth_tangents {
+                tangent_frames(&surface, &corners_at, &bounds)
+            } else {
+                face_frames(&surface)
+            }
+        },
         || corner_gradients(&surface, &corners_at),
     );
     let quadrics = quadrics(&surface, &corners_at, &frames);

@@ -58,8 +58,20 @@ impl TangentFrame {
     }
 }
 
-/// Computes the tangent frames of every face's corners, which `corners_at` has by position.
-/// `bounds` is the bounding box.
+/// Computes the tangent frames of every face's corners from that face alone.
+pub(super) fn face_frames(surface: &Surface) -> Vec<[TangentFrame; 3]> {
+    let faces = surface.faces.par_iter();
+    faces
+        .map(|face| {
+            let corners = surface.corners(face);
+            face.normals
+                .map(|normal| TangentFrame::of_face(corners, face.uvs, normal))
+        })
+        .collect()
+}
+
+/// Computes the tangent frames of every face's corners by MikkTSpace. `corners_at` has the
+/// corners by position; `bounds` is the bounding box.
 pub(super) fn tangent_frames(
     surface: &Surface,
     corners_at: &CornersAt,

@@ -152,6 +152,33 @@ fn a_sphere_curves_by_its_radius_at_poles_too() {
 }
 
 #[test]
+fn without_smooth_tangents_only_the_frames_differ() {
+    let smooth = parse(&sphere(), &options());
+    let rough = parse(
+        &sphere(),
+        &MeshOptions {
+            smooth_tangents: false,
+            ..options()
+        },
+    );
+    assert_ne!(smooth, rough);
+    for (a, b) in corners(&smooth).zip(corners(&rough)) {
+        assert!((b.tangent.length() - 1.0).abs() < 1e-12 && b.tangent.dot(b.normal).abs() < 1e-12);
+        let curvatures = [a, b].map(|corner| corner.quadric.principal_curvatures());
+        for (a, b) in curvatures[0].into_iter().zip(curvatures[1]) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+        let same = MeshCorner {
+            tangent: a.tangent,
+            handedness: a.handedness,
+            quadric: a.quadric,
+            ..*b
+        };
+        assert_eq!(*a, same);
+    }
+}
+
+#[test]
 fn computed_normals_are_close_to_a_sphere_s() {
     for keep_zero in [false, true] {
         // Without normals, or with zero normals.

@@ -27,7 +27,7 @@ pub(super) fn cached(scene: &Scene, meshes: &[LoadedMesh]) -> MeshCache {
     objects
         .filter_map(|(object, loaded)| {
             let mesh = loaded.mesh.clone()?;
-            Some((object.mesh.clone(), mesh_options(object), mesh))
+            Some((object.mesh.clone(), mesh_options(scene, object), mesh))
         })
         .collect()
 }
@@ -44,7 +44,7 @@ pub(super) fn load_meshes(
     let mut loaded: Vec<(MeshSource, MeshOptions, LoadedMesh)> = Vec::new();
     let mut meshes = Vec::with_capacity(scene.objects.len());
     for object in &scene.objects {
-        let options = mesh_options(object);
+        let options = mesh_options(scene, object);
         let known = loaded
             .iter()
             .find(|(path, known, _)| *path == object.mesh && *known == options);
@@ -53,7 +53,7 @@ pub(super) fn load_meshes(
             None => {
                 let kept = before
                     .iter()
-                    .find(|(path, known, _)| *path == object.mesh && *known == options)
+                    .find(|(path, known, _)| *path == object.mesh && serves(known, &options))
                     .filter(|(_, _, mesh)| is_seen(&mesh.bounds));
                 let made = match kept {
                     Some((_, _, mesh)) => Ok(mesh.clone()),
@@ -105,9 +105,24 @@ pub(super) fn load_meshes(
     Ok(meshes)
 }
 
+/// Returns whether a mesh that was loaded with `options` is as good as one with `wanted`.
+fn serves(options: &MeshOptions, wanted: &MeshOptions) -> bool {
+    let smooth_tangents = options.smooth_tangents || wanted.smooth_tangents;
+    *options
+        == MeshOptions {
+            smooth_tangents,
+            ..wanted.clone()
+        }
+}
+
 /// Options to load the mesh of `object` with.
-fn mesh_options(object: &SceneObject) -> MeshOptions {
+fn mesh_options(scene: &Scene, object: &SceneObject) -> MeshOptions {
+    // A plan may choose any tier. Objects with the same mesh share it.
+    let reads_tangents = |object: &SceneObject| {
+        object.budget.is_some() || !matches!(object.tier, Tier::Planar | Tier::Accurate)
+    };
     MeshOptions {
+        smooth_tangents: scene.objects.iter().any(reads_tangents),
         projection: object.projection,
         scale: object.scale,
         rotation: rotation(object.rotate),
@@ -138,4 +153,33 @@ fn drawn_bytes(object: &SceneObject) -> u64 {
 pub(crate) fn rotation(degrees: [f64; 3]) -> DQuat {
     let [x, y, z] = degrees.map(f64::to_radians);
     DQuat::from_euler(EulerRot::ZYX, z, y, x)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::Path;
+
+    #[test]
+    fn tangents_are_smooth_where_a_tier_reads_them() {
+        let scene = |objects: &str| Scene::parse(objects, Path::new("a.toml")).unwrap();
+        let object = |rest: &str| format!("[[object]]\nmesh = 'a.obj'\nshape = 'a.png'\n{rest}\n");
+        let [planar, accurate] =
+            ["planar", "accurate"].map(|tier| object(&format!("tier = '{tier}'")));
+        let options = |objects: &str| {
+            let scene = scene(objects);
+            mesh_options(&scene, &scene.objects[0])
+        };
+        let rough = options(&[&*planar, &accurate].concat());
+        assert!(!rough.smooth_tangents);
+        let smooth = options(&[&*planar, &object("tier = 'fast'")].concat());
+        assert!(smooth.smooth_tangents && options(&object("error_px = 1")).smooth_tangents);
+        // A mesh that is there already is used again.
+        assert!(serves(&smooth, &rough) && serves(&rough, &rough) && !serves(&rough, &smooth));
+        let larger = MeshOptions {
+            scale: 2.0,
+            ..smooth
+        };
+        assert!(!serves(&larger, &rough));
+    }
 }
