@@ -210,6 +210,7 @@ fn rays_through_shared_edges() {
                     ..Corner::default()
                 }),
                 handedness: 1.0,
+                depth_reductions: 0,
             };
             facet::intersect(eye, direction, &triangle).hit
         };
@@ -234,6 +235,7 @@ fn facet_depth_far_from_the_origin() {
             ..Corner::default()
         }),
         handedness: 1.0,
+        depth_reductions: 0,
     };
     let third: f32 = 1.0 / 3.0;
     let hit = FacetHit {

@@ -91,12 +91,12 @@ impl Case {
                 quadric: [0.5 / radius as f32, 0.0, 0.5 / radius as f32],
                 gradient_u: narrow(flat(tangent) * (4.0 / radius)),
                 gradient_v: narrow(flat(bitangent) * (4.0 / radius)),
-                ..Default::default()
             }
         };
         let triangle = Triangle {
             corners: [corner(0), corner(1), corner(2)],
             handedness: 1.0,
+            depth_reductions: 0,
         };
         let weights = [
             random.within(0.1, 1.0),

@@ -48,15 +48,21 @@ pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DV
     let [cap_hull, floor_hull] = hull(&rounded, depth);
     let is_open = prism.neighbours.contains(&NO_NEIGHBOUR);
     let all = || cap_hull.into_iter().chain(floor_hull);
-    let slab = |axis: DVec3| {
-        let axis = narrow(axis);
+    let slab = |axis: DVec3, has_width_one: bool| {
         let points = all().take(if is_open { 12 } else { 6 });
-        let (low, high) = extent(points, widen(axis));
+        let (low, high) = extent(points, axis);
+        // More than the errors of the rounded axis.
         let margin = SHARE_MARGIN * (high - low) + fixed_margin;
+        let (low, high) = (low - margin, high + margin);
+        let scale = if has_width_one {
+            1.0 / (high - low)
+        } else {
+            1.0
+        };
         Slab {
-            axis,
-            low: round_down(low - margin),
-            high: round_up(high + margin),
+            axis: narrow(axis * scale),
+            low: round_down(low * scale),
+            high: round_up(high * scale),
         }
     };
     let sides = edges.map(|edge| facet_normal.cross(edge).normalize_or(DVec3::X));
@@ -78,10 +84,10 @@ pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DV
         least_determinant: (FOLDED * depth * prism.least_share() * area_normal.length()) as f32,
         spread: round_up(spread(&rounded.surface(), widen(facet))),
         slabs: [
-            slab(facet_normal),
-            slab(sides[0]),
-            slab(sides[1]),
-            slab(sides[2]),
+            slab(facet_normal, false),
+            slab(sides[0], false),
+            slab(sides[1], true),
+            slab(sides[2], true),
         ],
         centre,
         radius: round_up(radius + SHARE_MARGIN * radius + fixed_margin),

@@ -147,7 +147,12 @@ pub fn power(x: Real, exponent: u32) -> Real {
 /// Returns `x`, or 0 if its magnitude is below `least`.
 #[inline]
 pub fn zero_below(x: Real, least: Real) -> Real {
-    if x < least && x > -least { 0.0 } else { x }
+    // By bits: one comparison. The bits of numbers ≥ 0 have the order of the numbers.
+    if x.to_bits() & (!0 >> 1) < least.to_bits() {
+        0.0
+    } else {
+        x
+    }
 }
 
 /// Returns `x`, or 0 if its magnitude is below [`SMALLEST`].

@@ -50,13 +50,13 @@ const NUMBER: u32 = 0xff;
 /// The bits of h that are kept.
 const UPPER: u32 = 0xffff_0000;
 
-/// Returns `triangle` as seen from behind.
+/// Returns `triangle` as seen from behind, to intersect it: its depths are not reversed.
 #[inline]
 pub fn reversed(triangle: &Triangle) -> Triangle {
     let [a, b, c] = triangle.corners;
     Triangle {
         corners: [a, c, b],
-        handedness: triangle.handedness,
+        ..*triangle
     }
 }
 
@@ -176,6 +176,7 @@ mod tests {
                 corner(1.0, -1.0, 1.0),
             ],
             handedness: 1.0,
+            depth_reductions: 0,
         };
         let (hit, depth) = meet(&frame, Vec3::NEG_Z, &triangle);
         assert!(hit.hit && !meet(&frame, Vec3::NEG_Z, &reversed(&triangle)).0.hit);

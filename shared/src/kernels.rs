@@ -209,6 +209,7 @@ pub fn surface(a: Corner, b: Corner, c: Corner, weights: Vec3, direction: Vec3) 
     let triangle = Triangle {
         corners: [a, b, c],
         handedness: 1.0,
+        depth_reductions: 0,
     };
     let hit = FacetHit {
         hit: true,

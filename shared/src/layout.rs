@@ -5,7 +5,7 @@
 //! use relievo_shared::layout::{Triangle, vec3};
 //! use relievo_shared::Vec3;
 //!
-//! assert_eq!(size_of::<Triangle>(), 256);
+//! assert_eq!(size_of::<Triangle>(), 248);
 //! assert_eq!(vec3([1.0, 2.0, 3.0]), Vec3::new(1.0, 2.0, 3.0));
 //! ```
 
@@ -31,8 +31,6 @@ pub struct Corner {
     pub gradient_u: [Real; 3],
     /// ∇v, orthogonal to the normal, repeats per object unit.
     pub gradient_v: [Real; 3],
-    /// 1 − h / S_z: how much less than the object's the depth is here, 0…1.
-    pub depth_reduction: Real,
 }
 
 /// One triangle, as the models over triangles read it.
@@ -44,7 +42,13 @@ pub struct Triangle {
     pub corners: [Corner; 3],
     /// +1 or −1: the bitangent is handedness · (normal × tangent).
     pub handedness: Real,
+    /// 1 − h / S_z at each corner: how much less than the object's the depth is there, in
+    /// steps of 1 / [`REDUCTION_STEPS`]; 10 bits a corner, the first corner's lowest.
+    pub depth_reductions: u32,
 }
+
+/// Number of steps of a corner's depth reduction from 0 to 1.
+pub const REDUCTION_STEPS: u32 = 1023;
 
 /// One corner of a [`PlanarTriangle`]; the fields are those of [`Corner`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -61,8 +65,6 @@ pub struct PlanarCorner {
     pub gradient_u: [Real; 3],
     /// ∇v, orthogonal to the normal, repeats per object unit.
     pub gradient_v: [Real; 3],
-    /// 1 − h / S_z: how much less than the object's the depth is here, 0…1.
-    pub depth_reduction: Real,
 }
 
 /// The part of a [`Triangle`] that the planar tier reads: no quadrics and no
@@ -73,6 +75,8 @@ pub struct PlanarCorner {
 pub struct PlanarTriangle {
     /// The corners, counter-clockwise when seen from outside.
     pub corners: [PlanarCorner; 3],
+    /// As in [`Triangle`].
+    pub depth_reductions: u32,
 }
 
 impl From<&Triangle> for PlanarTriangle {
@@ -84,11 +88,11 @@ impl From<&Triangle> for PlanarTriangle {
             uv: corner.uv,
             gradient_u: corner.gradient_u,
             gradient_v: corner.gradient_v,
-            depth_reduction: corner.depth_reduction,
         };
         let [a, b, c] = &triangle.corners;
         PlanarTriangle {
             corners: [corner(a), corner(b), corner(c)],
+            depth_reductions: triangle.depth_reductions,
         }
     }
 }
@@ -105,12 +109,12 @@ impl From<&PlanarTriangle> for Triangle {
             quadric: [0.0; 3],
             gradient_u: corner.gradient_u,
             gradient_v: corner.gradient_v,
-            depth_reduction: corner.depth_reduction,
         };
         let [a, b, c] = &triangle.corners;
         Triangle {
             corners: [corner(a), corner(b), corner(c)],
             handedness: 0.0,
+            depth_reductions: triangle.depth_reductions,
         }
     }
 }
@@ -120,9 +124,9 @@ impl From<&PlanarTriangle> for Triangle {
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(C)]
 pub struct Slab {
-    /// Unit vector across it.
+    /// Vector across it, of any length > 0.
     pub axis: [Real; 3],
-    /// The least p · `axis` in the slab, p relative to the prism's anchor, object units.
+    /// The least p · `axis` in the slab, p relative to the prism's anchor.
     pub low: Real,
     /// The largest one.
     pub high: Real,
@@ -158,7 +162,9 @@ pub struct PrismData {
     /// is known.
     pub spread: Real,
     /// Slabs around all faces through which a ray may enter this prism from outside:
-    /// around the cap, or around the whole prism if a side is open.
+    /// around the cap, or around the whole prism if a side is open. They lie along the
+    /// facet and along its sides. The last two have the width 1 in p · `axis`, so that
+    /// p · `axis` − `low` is about w1 and w2.
     pub slabs: [Slab; 4],
     /// Centre of a ball around the whole prism.
     pub centre: [Real; 3],
@@ -301,11 +307,11 @@ pub const SEARCH_PRISMS: u32 = 3;
 #[cfg(not(feature = "double"))]
 const _: () = {
     use core::mem::{align_of, offset_of, size_of};
-    assert!(size_of::<Corner>() == 84 && align_of::<Corner>() == 4);
+    assert!(size_of::<Corner>() == 80 && align_of::<Corner>() == 4);
     assert!(offset_of!(Corner, uv) == 36 && offset_of!(Corner, quadric) == 44);
-    assert!(size_of::<Triangle>() == 256 && align_of::<Triangle>() == 4);
-    assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 252);
-    assert!(size_of::<PlanarCorner>() == 60 && size_of::<PlanarTriangle>() == 180);
+    assert!(size_of::<Triangle>() == 248 && align_of::<Triangle>() == 4);
+    assert!(offset_of!(Corner, gradient_u) == 56 && offset_of!(Triangle, handedness) == 240);
+    assert!(size_of::<PlanarCorner>() == 56 && size_of::<PlanarTriangle>() == 172);
     assert!(offset_of!(PlanarCorner, uv) == 24 && align_of::<PlanarTriangle>() == 4);
     assert!(
         size_of::<Slab>() == 20 && size_of::<PrismData>() == 336 && align_of::<PrismData>() == 4

@@ -445,10 +445,13 @@ pub(crate) mod tests {
             core::array::from_fn(|i| cap[i % 6] - down[i % 6] * if i < 6 { 0.0 } else { depth });
         data.slabs = [Vec3::X, Vec3::Y, Vec3::Z, facet.normalize()].map(|axis| {
             let along = points.map(|point| point.dot(axis));
+            let low = along.into_iter().fold(1e9, Real::min) - 1e-2;
+            let high = along.into_iter().fold(-1e9, Real::max) + 1e-2;
+            let scale = 1.0 / (high - low);
             Slab {
-                axis: axis.to_array(),
-                low: along.into_iter().fold(1e9, Real::min) - 1e-2,
-                high: along.into_iter().fold(-1e9, Real::max) + 1e-2,
+                axis: (axis * scale).to_array(),
+                low: low * scale,
+                high: high * scale,
             }
         });
         let centre = points.into_iter().fold(Vec3::ZERO, |sum, p| sum + p) * (1.0 / 12.0);

@@ -3,7 +3,7 @@
 use crate::arithmetic::{div, kept3, normalize_or};
 use crate::contract::SMALLEST_PRODUCT;
 use crate::facet::FacetHit;
-use crate::layout::{Triangle, vec2, vec3};
+use crate::layout::{REDUCTION_STEPS, Triangle, vec2, vec3};
 use crate::{Real, Vec2, Vec3};
 
 /// The surface above a point of a facet.
@@ -97,11 +97,29 @@ pub fn interpolate(triangle: &Triangle, hit: &FacetHit) -> Surface {
 /// depth S_z is `depth`, object units: S_z exactly where nothing reduces it.
 #[inline]
 pub fn local_depth(triangle: &Triangle, hit: &FacetHit, depth: Real) -> Real {
-    let [a, b, c] = &triangle.corners;
-    let reduction = a.depth_reduction * hit.weights.x
-        + b.depth_reduction * hit.weights.y
-        + c.depth_reduction * hit.weights.z;
+    let [a, b, c] = depth_reductions(triangle.depth_reductions);
+    let reduction = a * hit.weights.x + b * hit.weights.y + c * hit.weights.z;
     depth * (1.0 - reduction)
+}
+
+/// 1 / [`REDUCTION_STEPS`].
+const REDUCTION_STEP: Real = 1.0 / 1023.0;
+
+/// Unpacks [`Triangle::depth_reductions`]: 1 − h / S_z at the corners.
+///
+/// ```
+/// use relievo_shared::surface::depth_reductions;
+///
+/// assert_eq!(depth_reductions(1023 << 10), [0.0, 1.0, 0.0]);
+/// ```
+#[inline]
+pub fn depth_reductions(packed: u32) -> [Real; 3] {
+    let reduction = |steps: u32| (steps & REDUCTION_STEPS) as Real * REDUCTION_STEP;
+    [
+        reduction(packed),
+        reduction(packed >> 10),
+        reduction(packed >> 20),
+    ]
 }
 
 /// Returns half the second derivative of the texture coordinates along the part of
@@ -161,6 +179,7 @@ mod tests {
                 ..Corner::default()
             }),
             handedness: 1.0,
+            depth_reductions: 0,
         }
     }
 
@@ -208,6 +227,7 @@ mod tests {
         let mut triangle = Triangle {
             corners: [corner(0.2, 0.1), corner(1.3, 0.4), corner(0.5, 0.9)],
             handedness: 1.0,
+            depth_reductions: 0,
         };
         for (x, y, z) in [(1.0, 0.0, 0.0), (0.6, 0.8, 0.0), (0.48, -0.64, -0.6)] {
             let bend = uv_bend(&triangle, Vec3::Z, Vec3::new(x, y, z));
@@ -242,12 +262,13 @@ mod tests {
         let mut triangle = sphere_triangle([Vec3::X, Vec3::Y, Vec3::Z], 2.0);
         let middle = at([0.1, 0.2, 0.7]);
         assert_eq!(local_depth(&triangle, &middle, 0.3), 0.3);
-        for (corner, reduction) in triangle.corners.iter_mut().zip([0.5, 0.75, 0.0]) {
-            corner.depth_reduction = reduction;
-        }
-        assert_eq!(local_depth(&triangle, &at([0.0, 1.0, 0.0]), 2.0), 0.5);
-        assert_eq!(local_depth(&triangle, &at([0.0, 0.0, 1.0]), 2.0), 2.0);
-        assert!((local_depth(&triangle, &middle, 2.0) - 1.6).abs() < 1e-6);
+        triangle.depth_reductions = 341 | (682 << 10);
+        let near = |weights: [f32; 3], depth: f32| {
+            (local_depth(&triangle, &at(weights), 3.0) - depth).abs() < 1e-6
+        };
+        assert!(near([1.0, 0.0, 0.0], 2.0) && near([0.0, 1.0, 0.0], 1.0));
+        assert!(near([0.0, 0.0, 1.0], 3.0) && near([0.1, 0.2, 0.7], 2.5));
+        assert_eq!(depth_reductions(REDUCTION_STEPS), [1.0, 0.0, 0.0]);
     }
 
     #[test]

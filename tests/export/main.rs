@@ -16,6 +16,7 @@ use relievo::prepare::PreparedScene;
 use relievo::scene::Tier;
 use relievo::shape_map::{DEFAULT_MAX_PIXELS, ShapeMap, Storage};
 use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
+use relievo_shared::surface::depth_reductions;
 use relievo_tests::{asset, library_example, plain_wgpu, root};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
@@ -89,7 +90,11 @@ fn the_mesh_is_read_back_with_all_its_attributes() {
             ),
             (
                 "_DEPTH_REDUCTION",
-                corners().map(|c| c.0.depth_reduction).collect(),
+                object
+                    .triangles
+                    .iter()
+                    .flat_map(|triangle| depth_reductions(triangle.depth_reductions))
+                    .collect(),
             ),
         ];
         assert_eq!(found.len(), wanted.len());

@@ -226,6 +226,7 @@ proptest! {
         let triangle = Triangle {
             corners: corners.map(|position| Corner { position, ..Corner::default() }),
             handedness: 1.0,
+            depth_reductions: 0,
         };
         let found = facet::intersect(Vec3::from(eye), direction, &triangle);
         if found.hit {

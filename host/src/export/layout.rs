@@ -174,11 +174,11 @@ structs! {
         quadric: [f32; 3], "1 / object units", "Coefficients xx, xy, yy of the quadric in the corner's tangent frame, positive where convex.";
         gradient_u: [f32; 3], "repeats / object unit", "Gradient of u, orthogonal to the normal.";
         gradient_v: [f32; 3], "repeats / object unit", "Gradient of v, orthogonal to the normal.";
-        depth_reduction: f32, "", "1 - local depth / depth.";
     }
     triangle Triangle "One triangle." {
         corners: [layout::Corner; 3], "", "Corners, counter-clockwise seen from outside.";
         handedness: f32, "", "+1 or -1: the bitangent is handedness * cross(normal, tangent).";
+        depth_reductions: u32, "", "1 - local depth / depth at the corners, in steps of 1/1023; 10 bits each, the first corner's lowest.";
     }
     planar_corner PlanarCorner "One corner of a triangle of the planar tier." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";
@@ -186,15 +186,15 @@ structs! {
         uv: [f32; 2], "repeats", "Texture coordinates, minus an integer per triangle; v points down.";
         gradient_u: [f32; 3], "repeats / object unit", "Gradient of u, orthogonal to the normal.";
         gradient_v: [f32; 3], "repeats / object unit", "Gradient of v, orthogonal to the normal.";
-        depth_reduction: f32, "", "1 - local depth / depth.";
     }
     planar_triangle PlanarTriangle "One triangle of the planar tier." {
         corners: [layout::PlanarCorner; 3], "", "Corners, counter-clockwise seen from outside.";
+        depth_reductions: u32, "", "1 - local depth / depth at the corners, in steps of 1/1023; 10 bits each, the first corner's lowest.";
     }
     slab Slab "The space between two parallel planes." {
-        axis: [f32; 3], "", "Unit normal of the planes.";
-        low: f32, "object units", "Minimum of dot(p, axis), p relative to the prism's anchor.";
-        high: f32, "object units", "Maximum of dot(p, axis).";
+        axis: [f32; 3], "", "Normal of the planes, of any length.";
+        low: f32, "", "Minimum of dot(p, axis), p relative to the prism's anchor.";
+        high: f32, "", "Maximum of dot(p, axis).";
     }
     prism PrismData "The curved prism over one triangle: F(w1, w2, d) = S(w) - depth d N(w)." {
         anchor: [f32; 3], "object units", "The first corner, relative to the scene's origin; the other positions are relative to it.";

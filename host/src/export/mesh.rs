@@ -13,6 +13,7 @@ use gltf::json::validation::Checked::Valid;
 use gltf::json::validation::USize64;
 use gltf::json::{self, Accessor, Asset, Buffer, Index, Material, Mesh, Node, Root, Scene, Value};
 use relievo_shared::layout::Corner;
+use relievo_shared::surface::depth_reductions;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
@@ -37,7 +38,7 @@ fn attributes() -> [(Semantic, Type); 8] {
 const NUMBERS: usize = 22;
 
 /// Returns the numbers of a vertex in the order of [`attributes`].
-fn numbers(corner: &Corner, handedness: f32) -> impl Iterator<Item = f32> {
+fn numbers(corner: &Corner, handedness: f32, depth_reduction: f32) -> impl Iterator<Item = f32> {
     let Corner {
         position,
         normal,
@@ -46,7 +47,6 @@ fn numbers(corner: &Corner, handedness: f32) -> impl Iterator<Item = f32> {
         quadric,
         gradient_u,
         gradient_v,
-        depth_reduction,
     } = *corner;
     position
         .into_iter()
@@ -81,12 +81,13 @@ pub(super) fn glb(object: &PreparedObject, origin: DVec3) -> Result<Vec<u8>, Exp
     let mut low = [f32::INFINITY; 3];
     let mut high = [f32::NEG_INFINITY; 3];
     for triangle in &object.triangles {
-        for corner in &triangle.corners {
+        let reductions = depth_reductions(triangle.depth_reductions);
+        for (corner, reduction) in triangle.corners.iter().zip(reductions) {
             let (lower, higher) = (low.iter_mut(), high.iter_mut());
             for ((low, high), &at) in lower.zip(higher).zip(&corner.position) {
                 (*low, *high) = (low.min(at), high.max(at));
             }
-            let numbers = numbers(corner, triangle.handedness);
+            let numbers = numbers(corner, triangle.handedness, reduction);
             bytes.extend(numbers.flat_map(f32::to_le_bytes));
         }
     }

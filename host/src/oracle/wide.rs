@@ -51,9 +51,9 @@ pub fn wide_triangle(triangle: &Triangle) -> double::Triangle {
             quadric: wide(corner.quadric),
             gradient_u: wide(corner.gradient_u),
             gradient_v: wide(corner.gradient_v),
-            depth_reduction: f64::from(corner.depth_reduction),
         }),
         handedness: f64::from(triangle.handedness),
+        depth_reductions: triangle.depth_reductions,
     }
 }
 

@@ -11,13 +11,11 @@ const TOO_CURVED: f32 = 0.25;
 /// 255. Returns 0 if it does not ask: in other tiers, and where the depth is reduced nowhere
 /// and less than half of the radius of curvature everywhere.
 pub(super) fn exit_number(parameters: &Object, triangles: &[Triangle], number: usize) -> u32 {
-    let is_doubtful = |corner: &Corner| {
-        corner.depth_reduction > 0.0 || warp(corner, parameters.depth) > TOO_CURVED
-    };
+    let is_too_curved = |corner: &Corner| warp(corner, parameters.depth) > TOO_CURVED;
     let asks = is_fast(parameters)
-        && triangles
-            .par_iter()
-            .any(|triangle| triangle.corners.iter().any(is_doubtful));
+        && triangles.par_iter().any(|triangle| {
+            triangle.depth_reductions != 0 || triangle.corners.iter().any(is_too_curved)
+        });
     if asks { (number % 255 + 1) as u32 } else { 0 }
 }
 
@@ -40,15 +38,15 @@ mod tests {
 
     #[test]
     fn a_reduced_depth_and_one_near_the_radius_of_curvature_ask() {
-        let sphere = |radius: f32, depth_reduction: f32| {
+        let sphere = |radius: f32, depth_reductions: u32| {
             let corner = Corner {
                 quadric: [0.5 / radius, 0.0, 0.5 / radius],
-                depth_reduction,
                 ..Corner::default()
             };
             [Triangle {
                 corners: [corner; 3],
                 handedness: 1.0,
+                depth_reductions,
             }]
         };
         let object = |depth: f32, tier: u32| Object {
@@ -58,15 +56,15 @@ mod tests {
             ..Object::default()
         };
         let fast = |depth: f32| object(depth, TIER_FAST);
-        assert_eq!(exit_number(&fast(0.4), &sphere(1.0, 0.0), 0), 0);
-        assert_eq!(exit_number(&fast(0.6), &sphere(1.0, 0.0), 0), 1);
-        assert_eq!(exit_number(&fast(0.6), &sphere(-1.0, 0.0), 0), 0);
-        assert_eq!(exit_number(&fast(0.1), &sphere(1.0, 0.5), 0), 1);
-        assert_eq!(exit_number(&fast(0.6), &sphere(1.0, 0.0), 255), 1);
-        assert_eq!(exit_number(&fast(0.6), &sphere(1.0, 0.0), 254), 255);
-        assert_eq!(exit_number(&object(0.6, 0), &sphere(1.0, 0.0), 0), 0);
+        assert_eq!(exit_number(&fast(0.4), &sphere(1.0, 0), 0), 0);
+        assert_eq!(exit_number(&fast(0.6), &sphere(1.0, 0), 0), 1);
+        assert_eq!(exit_number(&fast(0.6), &sphere(-1.0, 0), 0), 0);
+        assert_eq!(exit_number(&fast(0.1), &sphere(1.0, 1 << 20), 0), 1);
+        assert_eq!(exit_number(&fast(0.6), &sphere(1.0, 0), 255), 1);
+        assert_eq!(exit_number(&fast(0.6), &sphere(1.0, 0), 254), 255);
+        assert_eq!(exit_number(&object(0.6, 0), &sphere(1.0, 0), 0), 0);
         // A cylinder at 45 degrees: xx = yy = xy / 2.
-        let mut cylinder = sphere(1.0, 0.0);
+        let mut cylinder = sphere(1.0, 0);
         for corner in &mut cylinder[0].corners {
             corner.quadric = [0.25, 0.5, 0.25];
         }

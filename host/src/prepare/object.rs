@@ -150,7 +150,7 @@ pub(super) fn prepare_object(
 /// treated as zero.
 fn narrow_triangle(
     triangle: &MeshTriangle,
-    reductions: [f32; 3],
+    depth_reductions: u32,
     origin: DVec3,
     repeat: [f64; 2],
     flat: f64,
@@ -170,12 +170,12 @@ fn narrow_triangle(
                 .map(|q| if q.abs() < flat { 0.0 } else { q as f32 }),
             gradient_u: narrow(corner.gradient_u * repeat[0]),
             gradient_v: narrow(corner.gradient_v * -repeat[1]),
-            depth_reduction: reductions[i],
         };
     }
     Triangle {
         corners,
         handedness: triangle.corners[0].handedness as f32,
+        depth_reductions,
     }
 }
 

@@ -134,9 +134,11 @@ impl PreparedObject {
 
     /// Returns whether the depth is anywhere less than asked for.
     pub fn reduces_depth(&self) -> bool {
-        let corners = || self.triangles.iter().flat_map(|triangle| triangle.corners);
         self.depth > f64::from(self.parameters.depth)
-            || corners().any(|corner| corner.depth_reduction > 0.0)
+            || self
+                .triangles
+                .iter()
+                .any(|triangle| triangle.depth_reductions != 0)
     }
 
     /// Returns whether rays are followed through prisms.

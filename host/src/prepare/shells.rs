@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use crate::mesh::{LocalDepth, Mesh, MeshPrism, Shell};
+use relievo_shared::layout::REDUCTION_STEPS;
 
 /// Smaller reductions are rounding errors.
 const SMALLEST: f64 = 1e-6;
@@ -12,9 +13,9 @@ pub(super) struct MeshShell {
     /// Largest local depth, object units.
     pub depth: f64,
     /// Reductions at the corners of each triangle, as in
-    /// [`Corner::depth_reduction`](relievo_shared::layout::Corner::depth_reduction);
+    /// [`Triangle::depth_reductions`](relievo_shared::layout::Triangle::depth_reductions);
     /// empty if there are none.
-    pub reductions: Vec<[f32; 3]>,
+    pub reductions: Vec<u32>,
     /// Whether the surface over each triangle is straight; empty if there are no reductions.
     pub straight: Vec<bool>,
     /// Where it is less than asked for.
@@ -62,19 +63,21 @@ impl Shells {
 impl MeshShell {
     /// Keeps what all tiers read of a shell.
     pub fn new(shell: &Shell) -> MeshShell {
-        let reduction = |share: f64| {
+        // Rounded up, since less depth is safe, but some depth is left.
+        let steps = |share: f64| {
             let reduction = 1.0 - share;
             if reduction < SMALLEST {
-                0.0
+                0
             } else {
-                reduction as f32
+                ((reduction * f64::from(REDUCTION_STEPS)).ceil() as u32).min(REDUCTION_STEPS - 1)
             }
         };
+        let packed = |[a, b, c]: [f64; 3]| steps(a) | (steps(b) << 10) | (steps(c) << 20);
         let is_reduced = shell.prisms.iter().any(|prism| prism.shares != [1.0; 3]);
         let reduced = || shell.prisms.iter().filter(|_| is_reduced);
         MeshShell {
             depth: shell.depth,
-            reductions: reduced().map(|prism| prism.shares.map(reduction)).collect(),
+            reductions: reduced().map(|prism| packed(prism.shares)).collect(),
             straight: reduced().map(MeshPrism::is_straight).collect(),
             local_depth: shell.local_depth,
         }

@@ -33,8 +33,6 @@ impl FromWords for Corner {
             quadric,
             gradient_u,
             gradient_v,
-            // No kernel reads it.
-            depth_reduction: 0.0,
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::field::{Field, PrismList};
 use super::step::{
-    ARRIVED, CAP, NONE, OVERLAP, ROUNDS, THRESHOLD, Traveller, rise, until_without, weights,
+    ARRIVED, CAP, NONE, OVERLAP, ROUNDS, THRESHOLD, Traveller, rise, rise_or_near, weights,
 };
 use crate::arithmetic::{abs, div, max, min};
 use crate::layout::{NO_NEIGHBOUR, PrismData, Slab, vec3};
@@ -28,17 +28,11 @@ const TRIES: u32 = 6;
 /// Maximum number of Newton iterations where the ray comes into the hull.
 const FIRST_ROUNDS: u32 = 12;
 
-/// Maximum number of moves from where Newton's method misses a prism.
-const RETRIES: u32 = 6;
-
 /// Maximum number of steps until the ray comes in.
 const OUTSIDE_STEPS: u32 = 32;
 
 /// Error of the bend, relative to it, before a ray counts as passing by.
 const BEND_DOUBT: Real = 0.25;
-
-/// Least share of the way through the hull for which the second order must hold.
-const TRUSTED: Real = 0.25;
 
 /// Error of the second order from end to end of a prism: in weights or δ, and relative
 /// to the bend.
@@ -54,16 +48,22 @@ fn until_opened(c: Real, v: Real, a: Real, rest: Real) -> Real {
     if c > 0.0 && v > 0.0 {
         return FAR;
     }
-    let time = rise(c, v, a);
-    if time < FAR || v <= 0.0 {
-        return time;
-    }
-    let summit = div(-v, a);
-    let doubt = DOUBT * (1.0 + abs(a) * rest * rest);
-    if c + 0.5 * v * summit > -doubt {
-        summit
+    rise_or_near(c, v, a, DOUBT * (1.0 + abs(a) * rest * rest))
+}
+
+/// Returns the opening after `opening`: the cap comes first, then the open sides, then
+/// [`NONE`].
+#[inline]
+fn next_opening(neighbours: [u32; 3], opening: u32) -> u32 {
+    let [first, second, third] = neighbours;
+    if opening == CAP && first == NO_NEIGHBOUR {
+        0
+    } else if (opening == CAP || opening == 0) && second == NO_NEIGHBOUR {
+        1
+    } else if opening != 2 && third == NO_NEIGHBOUR {
+        2
     } else {
-        FAR
+        NONE
     }
 }
 
@@ -100,18 +100,12 @@ impl State {
     /// Returns the time until the next opening is reached, and the opening; [`FAR`] if
     /// none is reached within `rest`. `passed` is the opening where the ray is.
     #[inline]
-    fn next_opening(&self, neighbours: [u32; 3], passed: u32, rest: Real) -> (Real, u32) {
+    fn first_opening(&self, neighbours: [u32; 3], passed: u32, rest: Real) -> (Real, u32) {
         let mut best = (FAR, NONE);
-        best = self.earlier(CAP, passed, rest, best);
-        let [first, second, third] = neighbours;
-        if first == NO_NEIGHBOUR {
-            best = self.earlier(0, passed, rest, best);
-        }
-        if second == NO_NEIGHBOUR {
-            best = self.earlier(1, passed, rest, best);
-        }
-        if third == NO_NEIGHBOUR {
-            best = self.earlier(2, passed, rest, best);
+        let mut opening = CAP;
+        while opening != NONE {
+            best = self.earlier(opening, passed, rest, best);
+            opening = next_opening(neighbours, opening);
         }
         best
     }
@@ -145,8 +139,9 @@ fn clip(range: (Real, Real), slab: &Slab, origin: Vec3, direction: Vec3) -> (Rea
     let at = origin.dot(axis);
     let speed = direction.dot(axis);
     if abs(speed) * FAR <= slab.high - slab.low {
-        // Parallel to the slab: in it for ever, or never.
-        return if at >= slab.low && at <= slab.high {
+        // Parallel to the slab: in it for ever, or never. A slab of zeros, which a device may
+        // read for pixels that it does not draw, is missed.
+        return if at > slab.low && at < slab.high {
             range
         } else {
             (1.0, 0.0)
@@ -178,10 +173,33 @@ pub(super) fn hull_of(data: &PrismData, origin: Vec3, direction: Vec3) -> (Real,
 #[inline]
 fn rough_parameters(data: &PrismData, point: Vec3) -> Vec3 {
     let share = |slab: &Slab| {
-        let share = div(point.dot(vec3(slab.axis)) - slab.low, slab.high - slab.low);
+        let share = point.dot(vec3(slab.axis)) - slab.low;
         min(max(share, 0.0), 1.0)
     };
     Vec3::new(share(&data.slabs[2]), share(&data.slabs[3]), 0.0)
+}
+
+/// Where a search for the entrance starts.
+#[derive(Clone, Copy)]
+pub(super) struct Start {
+    /// The time since the ray has entered the hull.
+    pub(super) t: Real,
+    /// Distance from where the search before got lost; 0 if there was none.
+    step: Real,
+    /// Whether the search before knew its place in the prism, or had gone too far.
+    is_known: bool,
+}
+
+impl Start {
+    /// Starts at the time `t`.
+    #[inline]
+    pub(super) fn new(t: Real) -> Start {
+        Start {
+            t,
+            step: 0.0,
+            is_known: false,
+        }
+    }
 }
 
 /// Result of [`Field::seek`].
@@ -194,6 +212,10 @@ pub(super) struct Entrance {
     pub(super) found: bool,
     /// Whether the ray starts in the shell.
     pub(super) in_shell: bool,
+    /// Whether the search got lost.
+    pub(super) lost: bool,
+    /// Where to start again then.
+    pub(super) again: Start,
 }
 
 /// The opening that a search for the entrance heads for.
@@ -228,7 +250,7 @@ impl Aim {
     fn try_again(&mut self, (c, v, a): (Real, Real, Real), rest: Real) -> Real {
         self.tries += 1;
         if c > 0.0 {
-            -until_without(c, -v, a)
+            -rise(-c, v, -a)
         } else {
             until_opened(c, v, a, rest)
         }
@@ -236,9 +258,9 @@ impl Aim {
 }
 
 impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
-    /// Finds where the ray of `start` enters from outside, or whether it starts in the
-    /// shell, if `may_hold_eye`. `hull` is the result of [`hull_of`]; the search starts at
-    /// the time `from` after the ray has entered the hull.
+    /// Finds where `ray` enters from outside, or whether it starts in the shell, if
+    /// `may_hold_eye`. `hull` is the result of [`hull_of`]. If not `may_restart`,
+    /// the search goes on where it would get lost.
     ///
     /// Every turn of the loop moves the ray with Newton's method to where the turn
     /// before aimed: to the eye first, if the shell may hold it, then to one
@@ -246,13 +268,14 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
     #[inline]
     pub(super) fn seek(
         &self,
-        start: Traveller,
+        ray: Traveller,
         data: &PrismData,
         hull: (Real, Real),
         may_hold_eye: bool,
-        from: Real,
+        start: Start,
+        may_restart: bool,
     ) -> Entrance {
-        let mut at = start;
+        let mut at = ray;
         let (enter, span) = hull;
         let distance = abs(at.origin.x) + abs(at.origin.y) + abs(at.origin.z);
         let overlap = OVERLAP + ROUNDING * distance * data.inverse_altitude;
@@ -260,7 +283,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         // Steps this short make no progress.
         let shortest = span * OVERLAP;
         let hull_origin = at.origin + at.direction * enter;
-        let hull_guess = rough_parameters(data, hull_origin + at.direction * from);
+        let hull_guess = rough_parameters(data, hull_origin + at.direction * start.t);
 
         // Where the next turn moves to.
         let third: Real = 1.0 / 3.0;
@@ -270,21 +293,22 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         if !may_hold_eye {
             at.origin = hull_origin;
             guess = hull_guess;
-            t = from;
+            t = start.t;
         }
         let mut looks_at_eye = may_hold_eye;
+        let is_restart = start.step > 0.0;
         let mut aim = Aim {
-            opening: NONE,
-            tries: 0,
+            opening: if is_restart { CAP } else { NONE },
+            tries: TRIES,
         };
         let mut turns = 0;
-        let mut retried = 0;
-        // The last step from where Newton's method held; 0 before the first one.
-        let mut last: Real = 0.0;
-        // The last step nearer; 0 after others.
-        let mut jump: Real = 0.0;
+        // The last step, and whether it started from a known place.
+        let mut step = start.step;
+        let mut is_known = start.is_known;
         let mut found = false;
         let mut in_shell = false;
+        let mut overshot = false;
+        let mut lost = false;
         let mut over = false;
         while !over {
             at.go(t, guess, rounds);
@@ -309,70 +333,45 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     h = aim.try_again(within, rest);
                 }
                 let is_astray = h >= FAR || at.t + h < -shortest;
-                // From far away Newton's method misses the prism: start nearer. After a step
-                // that was too long go back.
-                let longest = max(abs(last), jump);
-                let overshot =
-                    (last != 0.0 && !at.regular) || (longest > 0.0 && is_astray && within.0 > 0.0);
+                overshot = !arrived
+                    && step > 0.0
+                    && ((is_known && !at.regular) || (is_astray && within.0 > 0.0));
                 // Through an open side the ray may come in before: only if all else fails.
-                let is_lost = overshot || !at.regular;
-                let may_retry = is_lost && (is_closed || last == 0.0);
-                let mut retries = may_retry && !arrived && retried < RETRIES;
-                if retries {
-                    retried += 1;
-                    h = if overshot { -0.5 * longest } else { 0.5 * rest };
-                    aim = Aim {
-                        opening: CAP,
-                        tries: TRIES,
-                    };
-                } else if is_astray {
+                lost = (overshot || !at.regular) && (is_closed || !is_known);
+                if is_astray {
                     let passed = if arrived { aim.opening } else { NONE };
-                    let (time, opening) = at.state.next_opening(data.neighbours, passed, rest);
+                    let (time, opening) = at.state.first_opening(data.neighbours, passed, rest);
                     h = time;
                     aim = Aim { opening, tries: 0 };
                     if is_closed && (h >= FAR || at.state.predicted(h).z < -DOUBT) {
                         // Only as far as the second order says so.
                         let scale = max(data.inverse_altitude, abs(at.state.velocity.z));
-                        let doubt = at.state.third_order * scale;
-                        let mut trusted = rest;
-                        while doubt * trusted * trusted * trusted > DOUBT {
-                            trusted *= 0.5;
-                        }
-                        if trusted < TRUSTED * rest && retried < RETRIES {
-                            // It says next to nothing: start nearer.
-                            retried += 1;
-                            retries = true;
-                            h = 0.5 * rest;
-                            aim = Aim {
-                                opening: CAP,
-                                tries: TRIES,
-                            };
-                        } else if h >= FAR && trusted < rest {
-                            h = max(trusted, shortest);
+                        let error = at.state.third_order * scale * rest * rest * rest;
+                        // It says next to nothing.
+                        lost = lost || error > 64.0 * DOUBT;
+                        if h >= FAR && error > DOUBT {
+                            let share = if error > 8.0 * DOUBT { 0.25 } else { 0.5 };
+                            h = max(share * rest, shortest);
                         }
                     }
                 }
+                lost = lost && may_restart && !found;
                 // The ray cannot enter beyond the end of the hull. A prediction there
                 // may be wrong, so the step is limited to that end.
                 let h_inside = min(h, rest);
                 over = found
-                    || !(at.regular || retries)
+                    || lost
+                    || !at.regular
                     || turns > OUTSIDE_STEPS
                     || h >= FAR
                     || (h > rest && rest <= shortest)
                     || (aim.opening == CAP
                         && is_closed
-                        && !retries
                         && at.state.passes_by(h_inside, data.inverse_altitude));
                 let tolerance = self.tolerance * (enter + at.t);
-                if !over
-                    && !retries
-                    && aim.opening != NONE
-                    && h <= rest
-                    && at.may_glide(h, tolerance)
-                {
+                if !over && aim.opening != NONE && h <= rest && at.may_glide(h, tolerance) {
                     // The second order is exact enough at the opening: no more
-                    // iterations. The ray may have come in this far from where it seems.
+                    // iterations. Its error may move the ray by one tolerance.
                     let mut there = at;
                     there.glide(h);
                     let (c, _, _) = there.state.within(aim.opening);
@@ -384,26 +383,37 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     // Nothing follows from a near miss.
                     over = found || (is_closed && abs(c) <= ARRIVED);
                 }
-                let h = if abs(h_inside) < shortest {
-                    shortest
-                } else {
-                    h_inside
-                };
-                last = if at.regular || overshot { h } else { 0.0 };
-                jump = if retries { abs(h) } else { 0.0 };
-                t = at.t + h;
-                guess = if retries {
-                    rough_parameters(data, hull_origin + at.direction * t)
-                } else {
-                    at.state.predicted(h)
-                };
+                if !over {
+                    let h = if abs(h_inside) < shortest {
+                        shortest
+                    } else {
+                        h_inside
+                    };
+                    t = at.t + h;
+                    guess = at.state.predicted(h);
+                    step = abs(h);
+                    is_known = true;
+                }
             }
         }
+        // From far away Newton's method misses the prism: start nearer. After a step
+        // that was too long go back.
+        let nearer = if overshot {
+            -0.5 * step
+        } else {
+            0.5 * (span - at.t)
+        };
         Entrance {
-            at,
             enter: if in_shell { 0.0 } else { enter },
             found: at.regular && (found || in_shell),
             in_shell,
+            lost,
+            again: Start {
+                t: at.t + nearer,
+                step: abs(nearer),
+                is_known: at.regular || overshot,
+            },
+            at,
         }
     }
 }

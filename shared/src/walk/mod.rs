@@ -27,11 +27,14 @@ use crate::march::{END_MISS, March};
 use crate::prism::{Prism, is_near};
 use crate::shape_map::Texels;
 use crate::{Vec2, Vec3};
-use entry::hull_of;
+use entry::{Start, hull_of};
 use step::{ROUNDS, THRESHOLD, Traveller};
 
 /// Maximum number of times that a ray enters through one prism.
 const ENTRIES: u32 = 3;
+
+/// Maximum number of new starts where a search for the entrance gets lost.
+const RESTARTS: u32 = 6;
 
 /// Searches for the first hit on the ray from `eye` along the unit vector `direction`
 /// that enters the shell through prism `home`.
@@ -62,14 +65,16 @@ pub fn search<S: PrismList + ?Sized, T: Texels + ?Sized>(
         return nothing;
     }
     let prism = Prism::new(data, field.depth);
-    let start = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
+    let ray = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
     let mut found = nothing;
-    let mut from = 0.0;
+    let mut start = Start::new(0.0);
+    let mut looks_at_eye = may_hold_eye;
     let mut entries = 0;
+    let mut restarts = 0;
     while entries < ENTRIES {
-        let at_eye = may_hold_eye && entries == 0;
-        let entrance = field.seek(start, data, hull, at_eye, from);
-        entries += 1;
+        let may_restart = restarts < RESTARTS;
+        let entrance = field.seek(ray, data, hull, looks_at_eye, start, may_restart);
+        looks_at_eye = false;
         if entrance.found {
             // A hit at once is on the cap, but not from inside a column, through an
             // open side or on the way up.
@@ -78,9 +83,19 @@ pub fn search<S: PrismList + ?Sized, T: Texels + ?Sized>(
             let (ended, left) = field.follow(entrance.at, entrance.enter, on_cap);
             found = ended;
             // After leaving a valley the ray may enter again.
-            from = max(left + entrance.enter - hull.0, 0.0);
+            start = Start::new(max(left + entrance.enter - hull.0, 0.0));
+            entries += 1;
+            restarts = 0;
+        } else {
+            start = entrance.again;
+            restarts += 1;
         }
-        if !entrance.found || found.march.end != END_MISS || hull.1 <= from {
+        let ends = if entrance.found {
+            found.march.end != END_MISS || hull.1 <= start.t
+        } else {
+            !entrance.lost
+        };
+        if ends {
             entries = ENTRIES;
         }
     }

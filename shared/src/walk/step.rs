@@ -33,25 +33,52 @@ pub(super) const FLOOR: u32 = 4;
 /// No bound.
 pub(super) const NONE: u32 = 5;
 
-/// Returns the smallest h > 0 where c + v h + ½ a h² crosses zero upward, for c ≤ 0, or c
-/// about 0 and v < 0; [`FAR`] if there is none.
+/// Returns the numerator and the denominator of the smallest h > 0 where c + v h + ½ a h²
+/// crosses zero upward, if there is one.
 #[inline]
-pub(super) fn rise(c: Real, v: Real, a: Real) -> Real {
-    let radicand = v * v - 2.0 * a * c;
-    if radicand < 0.0 || (v <= 0.0 && a <= 0.0) {
-        return FAR;
-    }
-    let root = sqrt(radicand);
-    let (over, under) = if v > 0.0 {
+fn crossing(c: Real, v: Real, a: Real) -> (Real, Real) {
+    let root = sqrt(v * v - 2.0 * a * c);
+    if v > 0.0 {
         (-2.0 * c, v + root)
     } else {
         (root - v, a)
-    };
+    }
+}
+
+/// Returns the quotient of two numbers ≥ 0, or [`FAR`] if it is too large.
+#[inline]
+fn time((over, under): (Real, Real)) -> Real {
     let under = kept(under);
     if over < under * LARGEST {
         div(over, under)
     } else {
         FAR
+    }
+}
+
+/// Returns the smallest h > 0 where c + v h + ½ a h² crosses zero upward, for c ≤ 0, or c
+/// about 0 and v < 0; [`FAR`] if there is none.
+#[inline]
+pub(super) fn rise(c: Real, v: Real, a: Real) -> Real {
+    if v * v < 2.0 * a * c || (v <= 0.0 && a <= 0.0) {
+        return FAR;
+    }
+    time(crossing(c, v, a))
+}
+
+/// Returns what [`rise`] does. Where c + v h + ½ a h² rises to a maximum less than `miss`
+/// below zero, returns the h of that.
+#[inline]
+pub(super) fn rise_or_near(c: Real, v: Real, a: Real, miss: Real) -> Real {
+    let misses = v * v < 2.0 * a * c;
+    if v <= 0.0 && (misses || a <= 0.0) {
+        return FAR;
+    }
+    let h = time(if misses { (v, -a) } else { crossing(c, v, a) });
+    if misses && c + 0.5 * v * h <= -miss {
+        FAR
+    } else {
+        h
     }
 }
 

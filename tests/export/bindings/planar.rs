@@ -121,8 +121,6 @@ pub struct PlanarCorner {
     pub gradient_u: [f32; 3],
     /// Gradient of v, orthogonal to the normal. In repeats / object unit.
     pub gradient_v: [f32; 3],
-    /// 1 - local depth / depth.
-    pub depth_reduction: f32,
 }
 
 /// One triangle of the planar tier.
@@ -131,6 +129,8 @@ pub struct PlanarCorner {
 pub struct PlanarTriangle {
     /// Corners, counter-clockwise seen from outside.
     pub corners: [PlanarCorner; 3],
+    /// 1 - local depth / depth at the corners, in steps of 1/1023; 10 bits each, the first corner's lowest.
+    pub depth_reductions: u32,
 }
 
 /// Makes the layout of group 0: four read-only storage buffers.

@@ -111,11 +111,11 @@ pub struct Object {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Slab {
-    /// Unit normal of the planes.
+    /// Normal of the planes, of any length.
     pub axis: [f32; 3],
-    /// Minimum of dot(p, axis), p relative to the prism's anchor. In object units.
+    /// Minimum of dot(p, axis), p relative to the prism's anchor.
     pub low: f32,
-    /// Maximum of dot(p, axis). In object units.
+    /// Maximum of dot(p, axis).
     pub high: f32,
 }
 

@@ -125,8 +125,6 @@ pub struct Corner {
     pub gradient_u: [f32; 3],
     /// Gradient of v, orthogonal to the normal. In repeats / object unit.
     pub gradient_v: [f32; 3],
-    /// 1 - local depth / depth.
-    pub depth_reduction: f32,
 }
 
 /// One triangle.
@@ -137,6 +135,8 @@ pub struct Triangle {
     pub corners: [Corner; 3],
     /// +1 or -1: the bitangent is handedness * cross(normal, tangent).
     pub handedness: f32,
+    /// 1 - local depth / depth at the corners, in steps of 1/1023; 10 bits each, the first corner's lowest.
+    pub depth_reductions: u32,
 }
 
 /// Makes the layout of group 0: four read-only storage buffers.

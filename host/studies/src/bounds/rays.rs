@@ -179,6 +179,7 @@ fn flat_triangle(rng: &mut Rng, centre: DVec3, normal: DVec3, height: f64) -> Tr
     Triangle {
         corners: [corner(-1.0, -0.5), corner(1.0, -0.5), corner(third, 0.5)],
         handedness: 1.0,
+        depth_reductions: 0,
     }
 }
 
@@ -311,12 +312,12 @@ fn curved(rng: &mut Rng, angle: f64, part: Part) -> Sample {
             quadric: [0.5 * angle as f32 * size as f32, 0.0, 0.5 * angle as f32],
             gradient_u: (flat(tangent) * size).as_vec3().to_array(),
             gradient_v: (flat(bitangent) * size).as_vec3().to_array(),
-            depth_reduction: 0.0,
         }
     });
     let triangle = Triangle {
         corners,
         handedness: 1.0,
+        depth_reductions: 0,
     };
     let eye = centre * 3.0;
     let Some((facet, _)) = meet(rng, eye, &triangle) else {
