@@ -50,7 +50,8 @@ const NUMBER: u32 = 0xff;
 /// The bits of h that are kept.
 const UPPER: u32 = 0xffff_0000;
 
-/// Returns `triangle` as seen from behind, to intersect it: its depths are not reversed.
+/// Returns `triangle` as seen from behind, to intersect it. The depth reductions keep the
+/// order of the corners of `triangle`.
 #[inline]
 pub fn reversed(triangle: &Triangle) -> Triangle {
     let [a, b, c] = triangle.corners;

@@ -42,13 +42,40 @@ pub struct Triangle {
     pub corners: [Corner; 3],
     /// +1 or −1: the bitangent is handedness · (normal × tangent).
     pub handedness: Real,
-    /// 1 − h / S_z at each corner: how much less than the object's the depth is there, in
-    /// steps of 1 / [`REDUCTION_STEPS`]; 10 bits a corner, the first corner's lowest.
+    /// 1 − h / S_z at each corner: how much less than the object's the depth is there.
+    /// [`pack_depth_reductions`] says how.
     pub depth_reductions: u32,
 }
 
-/// Number of steps of a corner's depth reduction from 0 to 1.
+/// Number of steps of a corner's depth reduction from 0 to 1: all that 10 bits hold.
 pub const REDUCTION_STEPS: u32 = 1023;
+
+/// One step.
+const REDUCTION_STEP: Real = 1.0 / 1023.0;
+
+/// Packs depth reductions at three corners, in steps (0 to [`REDUCTION_STEPS`]), for
+/// [`Triangle::depth_reductions`]: 10 bits a corner, the first corner's lowest.
+///
+/// ```
+/// use relievo_shared::layout::{depth_reductions, pack_depth_reductions};
+///
+/// assert_eq!(depth_reductions(pack_depth_reductions([0, 1023, 0])), [0.0, 1.0, 0.0]);
+/// ```
+pub fn pack_depth_reductions(steps: [u32; 3]) -> u32 {
+    let [a, b, c] = steps;
+    a | (b << 10) | (c << 20)
+}
+
+/// Unpacks [`Triangle::depth_reductions`]: 1 − h / S_z at the corners, 0…1.
+#[inline]
+pub fn depth_reductions(packed: u32) -> [Real; 3] {
+    let reduction = |steps: u32| (steps & REDUCTION_STEPS) as Real * REDUCTION_STEP;
+    [
+        reduction(packed),
+        reduction(packed >> 10),
+        reduction(packed >> 20),
+    ]
+}
 
 /// One corner of a [`PlanarTriangle`]; the fields are those of [`Corner`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -3,7 +3,7 @@
 use crate::arithmetic::{div, kept3, normalize_or};
 use crate::contract::SMALLEST_PRODUCT;
 use crate::facet::FacetHit;
-use crate::layout::{REDUCTION_STEPS, Triangle, vec2, vec3};
+use crate::layout::{Triangle, depth_reductions, vec2, vec3};
 use crate::{Real, Vec2, Vec3};
 
 /// The surface above a point of a facet.
@@ -102,26 +102,6 @@ pub fn local_depth(triangle: &Triangle, hit: &FacetHit, depth: Real) -> Real {
     depth * (1.0 - reduction)
 }
 
-/// 1 / [`REDUCTION_STEPS`].
-const REDUCTION_STEP: Real = 1.0 / 1023.0;
-
-/// Unpacks [`Triangle::depth_reductions`]: 1 − h / S_z at the corners.
-///
-/// ```
-/// use relievo_shared::surface::depth_reductions;
-///
-/// assert_eq!(depth_reductions(1023 << 10), [0.0, 1.0, 0.0]);
-/// ```
-#[inline]
-pub fn depth_reductions(packed: u32) -> [Real; 3] {
-    let reduction = |steps: u32| (steps & REDUCTION_STEPS) as Real * REDUCTION_STEP;
-    [
-        reduction(packed),
-        reduction(packed >> 10),
-        reduction(packed >> 20),
-    ]
-}
-
 /// Returns half the second derivative of the texture coordinates along the part of
 /// `direction` in the surface of `triangle` with unit normal `normal`, repeats per square
 /// object unit. It is not 0 since ∇u and ∇v differ between the corners.
@@ -165,6 +145,7 @@ fn any_perpendicular(n: Vec3) -> Vec3 {
 mod tests {
     use super::*;
     use crate::layout::Corner;
+    use crate::layout::{REDUCTION_STEPS, pack_depth_reductions};
     use proptest::prelude::*;
 
     fn sphere_triangle(directions: [Vec3; 3], radius: Real) -> Triangle {
@@ -262,13 +243,16 @@ mod tests {
         let mut triangle = sphere_triangle([Vec3::X, Vec3::Y, Vec3::Z], 2.0);
         let middle = at([0.1, 0.2, 0.7]);
         assert_eq!(local_depth(&triangle, &middle, 0.3), 0.3);
-        triangle.depth_reductions = 341 | (682 << 10);
+        triangle.depth_reductions = pack_depth_reductions([341, 682, 0]);
         let near = |weights: [f32; 3], depth: f32| {
             (local_depth(&triangle, &at(weights), 3.0) - depth).abs() < 1e-6
         };
         assert!(near([1.0, 0.0, 0.0], 2.0) && near([0.0, 1.0, 0.0], 1.0));
         assert!(near([0.0, 0.0, 1.0], 3.0) && near([0.1, 0.2, 0.7], 2.5));
-        assert_eq!(depth_reductions(REDUCTION_STEPS), [1.0, 0.0, 0.0]);
+        assert_eq!(
+            depth_reductions(pack_depth_reductions([REDUCTION_STEPS, 0, 0])),
+            [1.0, 0.0, 0.0]
+        );
     }
 
     #[test]

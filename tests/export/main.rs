@@ -15,8 +15,9 @@ use relievo::export::{Options, Target, export};
 use relievo::prepare::PreparedScene;
 use relievo::scene::Tier;
 use relievo::shape_map::{DEFAULT_MAX_PIXELS, ShapeMap, Storage};
-use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
-use relievo_shared::surface::depth_reductions;
+use relievo_shared::layout::{
+    Frame, Object, PlanarTriangle, PrismData, Triangle, depth_reductions,
+};
 use relievo_tests::{asset, library_example, plain_wgpu, root};
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};

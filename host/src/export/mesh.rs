@@ -12,8 +12,7 @@ use gltf::json::mesh::{Mode, Primitive, Semantic};
 use gltf::json::validation::Checked::Valid;
 use gltf::json::validation::USize64;
 use gltf::json::{self, Accessor, Asset, Buffer, Index, Material, Mesh, Node, Root, Scene, Value};
-use relievo_shared::layout::Corner;
-use relievo_shared::surface::depth_reductions;
+use relievo_shared::layout::{Corner, depth_reductions};
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 

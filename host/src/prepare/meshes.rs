@@ -23,11 +23,16 @@ pub(super) struct LoadedMesh {
 
 /// Returns the meshes of the objects of `scene` that are seen.
 pub(super) fn cached(scene: &Scene, meshes: &[LoadedMesh]) -> MeshCache {
+    let smooth_tangents = reads_tangents(scene);
     let objects = scene.objects.iter().zip(meshes);
     objects
         .filter_map(|(object, loaded)| {
             let mesh = loaded.mesh.clone()?;
-            Some((object.mesh.clone(), mesh_options(scene, object), mesh))
+            Some((
+                object.mesh.clone(),
+                mesh_options(object, smooth_tangents),
+                mesh,
+            ))
         })
         .collect()
 }
@@ -40,11 +45,12 @@ pub(super) fn load_meshes(
     account: &mut Account<'_>,
     progress: &(dyn Fn(Step) + Sync),
 ) -> Result<Vec<LoadedMesh>, Error> {
+    let smooth_tangents = reads_tangents(scene);
     let mut triangles_left = scene.limits.triangles;
     let mut loaded: Vec<(MeshSource, MeshOptions, LoadedMesh)> = Vec::new();
     let mut meshes = Vec::with_capacity(scene.objects.len());
     for object in &scene.objects {
-        let options = mesh_options(scene, object);
+        let options = mesh_options(object, smooth_tangents);
         let known = loaded
             .iter()
             .find(|(path, known, _)| *path == object.mesh && *known == options);
@@ -115,14 +121,20 @@ fn serves(options: &MeshOptions, wanted: &MeshOptions) -> bool {
         }
 }
 
-/// Options to load the mesh of `object` with.
-fn mesh_options(scene: &Scene, object: &SceneObject) -> MeshOptions {
-    // A plan may choose any tier. Objects with the same mesh share it.
-    let reads_tangents = |object: &SceneObject| {
+/// Returns whether a tier that an object of `scene` has, or may get by a plan, reads
+/// tangents.
+fn reads_tangents(scene: &Scene) -> bool {
+    let mut objects = scene.objects.iter();
+    objects.any(|object| {
         object.budget.is_some() || !matches!(object.tier, Tier::Planar | Tier::Accurate)
-    };
+    })
+}
+
+/// Options to load the mesh of `object` with. `smooth_tangents` is the same for all objects
+/// of a scene, so that they share meshes.
+fn mesh_options(object: &SceneObject, smooth_tangents: bool) -> MeshOptions {
     MeshOptions {
-        smooth_tangents: scene.objects.iter().any(reads_tangents),
+        smooth_tangents,
         projection: object.projection,
         scale: object.scale,
         rotation: rotation(object.rotate),
@@ -168,7 +180,7 @@ mod tests {
             ["planar", "accurate"].map(|tier| object(&format!("tier = '{tier}'")));
         let options = |objects: &str| {
             let scene = scene(objects);
-            mesh_options(&scene, &scene.objects[0])
+            mesh_options(&scene.objects[0], reads_tangents(&scene))
         };
         let rough = options(&[&*planar, &accurate].concat());
         assert!(!rough.smooth_tangents);

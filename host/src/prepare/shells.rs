@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::mesh::{LocalDepth, Mesh, MeshPrism, Shell};
-use relievo_shared::layout::REDUCTION_STEPS;
+use relievo_shared::layout::{REDUCTION_STEPS, pack_depth_reductions};
 
 /// Smaller reductions are rounding errors.
 const SMALLEST: f64 = 1e-6;
@@ -72,12 +72,13 @@ impl MeshShell {
                 ((reduction * f64::from(REDUCTION_STEPS)).ceil() as u32).min(REDUCTION_STEPS - 1)
             }
         };
-        let packed = |[a, b, c]: [f64; 3]| steps(a) | (steps(b) << 10) | (steps(c) << 20);
         let is_reduced = shell.prisms.iter().any(|prism| prism.shares != [1.0; 3]);
         let reduced = || shell.prisms.iter().filter(|_| is_reduced);
         MeshShell {
             depth: shell.depth,
-            reductions: reduced().map(|prism| packed(prism.shares)).collect(),
+            reductions: reduced()
+                .map(|prism| pack_depth_reductions(prism.shares.map(steps)))
+                .collect(),
             straight: reduced().map(MeshPrism::is_straight).collect(),
             local_depth: shell.local_depth,
         }

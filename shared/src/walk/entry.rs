@@ -2,7 +2,7 @@
 
 use super::field::{Field, PrismList};
 use super::step::{
-    ARRIVED, CAP, NONE, OVERLAP, ROUNDS, THRESHOLD, Traveller, rise, rise_or_near, weights,
+    ARRIVED, CAP, NONE, OVERLAP, ROUNDS, THRESHOLD, Traveller, rise_or_near, until_without, weights,
 };
 use crate::arithmetic::{abs, div, max, min};
 use crate::layout::{NO_NEIGHBOUR, PrismData, Slab, vec3};
@@ -212,9 +212,9 @@ pub(super) struct Entrance {
     pub(super) found: bool,
     /// Whether the ray starts in the shell.
     pub(super) in_shell: bool,
-    /// Whether the search got lost.
+    /// Whether the search got lost, and may start again.
     pub(super) lost: bool,
-    /// Where to start again then.
+    /// The new start, if so.
     pub(super) again: Start,
 }
 
@@ -250,7 +250,7 @@ impl Aim {
     fn try_again(&mut self, (c, v, a): (Real, Real, Real), rest: Real) -> Real {
         self.tries += 1;
         if c > 0.0 {
-            -rise(-c, v, -a)
+            -until_without(c, -v, a)
         } else {
             until_opened(c, v, a, rest)
         }
@@ -259,8 +259,8 @@ impl Aim {
 
 impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
     /// Finds where `ray` enters from outside, or whether it starts in the shell, if
-    /// `may_hold_eye`. `hull` is the result of [`hull_of`]. If not `may_restart`,
-    /// the search goes on where it would get lost.
+    /// `may_hold_eye`. `hull` is the result of [`hull_of`]. Unless
+    /// `may_restart`, the search goes on where it gets lost.
     ///
     /// Every turn of the loop moves the ray with Newton's method to where the turn
     /// before aimed: to the eye first, if the shell may hold it, then to one
@@ -344,10 +344,10 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     h = time;
                     aim = Aim { opening, tries: 0 };
                     if is_closed && (h >= FAR || at.state.predicted(h).z < -DOUBT) {
-                        // Only as far as the second order says so.
+                        // Only as far as the second order says so: its error grows with the
+                        // cube of the way. Where it fails within a quarter, start nearer.
                         let scale = max(data.inverse_altitude, abs(at.state.velocity.z));
                         let error = at.state.third_order * scale * rest * rest * rest;
-                        // It says next to nothing.
                         lost = lost || error > 64.0 * DOUBT;
                         if h >= FAR && error > DOUBT {
                             let share = if error > 8.0 * DOUBT { 0.25 } else { 0.5 };

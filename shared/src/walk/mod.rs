@@ -33,7 +33,7 @@ use step::{ROUNDS, THRESHOLD, Traveller};
 /// Maximum number of times that a ray enters through one prism.
 const ENTRIES: u32 = 3;
 
-/// Maximum number of new starts where a search for the entrance gets lost.
+/// Maximum number of restarts of a search for an entrance that gets lost.
 const RESTARTS: u32 = 6;
 
 /// Searches for the first hit on the ray from `eye` along the unit vector `direction`
@@ -71,7 +71,8 @@ pub fn search<S: PrismList + ?Sized, T: Texels + ?Sized>(
     let mut looks_at_eye = may_hold_eye;
     let mut entries = 0;
     let mut restarts = 0;
-    while entries < ENTRIES {
+    let mut over = false;
+    while !over {
         let may_restart = restarts < RESTARTS;
         let entrance = field.seek(ray, data, hull, looks_at_eye, start, may_restart);
         looks_at_eye = false;
@@ -86,17 +87,11 @@ pub fn search<S: PrismList + ?Sized, T: Texels + ?Sized>(
             start = Start::new(max(left + entrance.enter - hull.0, 0.0));
             entries += 1;
             restarts = 0;
+            over = found.march.end != END_MISS || hull.1 <= start.t || entries >= ENTRIES;
         } else {
             start = entrance.again;
             restarts += 1;
-        }
-        let ends = if entrance.found {
-            found.march.end != END_MISS || hull.1 <= start.t
-        } else {
-            !entrance.lost
-        };
-        if ends {
-            entries = ENTRIES;
+            over = !entrance.lost;
         }
     }
     found

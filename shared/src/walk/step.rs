@@ -66,8 +66,8 @@ pub(super) fn rise(c: Real, v: Real, a: Real) -> Real {
     time(crossing(c, v, a))
 }
 
-/// Returns what [`rise`] does. Where c + v h + ½ a h² rises to a maximum less than `miss`
-/// below zero, returns the h of that.
+/// Returns the result of [`rise`], or the h of the maximum of c + v h + ½ a h² if that is
+/// less than `miss` below zero.
 #[inline]
 pub(super) fn rise_or_near(c: Real, v: Real, a: Real, miss: Real) -> Real {
     let misses = v * v < 2.0 * a * c;
