@@ -34,6 +34,7 @@ use crate::prepare::{PreparedObject, PreparedScene};
 use glam::{UVec4, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
+use obvhs::ray::RayHit;
 use rayon::prelude::*;
 use relievo_shared::camera::pixel_ray;
 use relievo_shared::exit::{self, Exit, Exits};
@@ -55,6 +56,9 @@ pub struct CpuRenderer<'a> {
     /// Maximum distance of the eye from the origin that the boxes are wide enough
     /// for.
     reach: f32,
+    /// Maximum distance by which a ray may meet what a box holds before the box,
+    /// object units; infinite if it is not known.
+    early: f32,
     /// Object and index of each prism or triangle whose shell may contain the eye.
     around_eye: Vec<[u32; 2]>,
 }
@@ -116,6 +120,7 @@ impl<'a> CpuRenderer<'a> {
             bvh,
             leaves,
             reach,
+            early: earliest_entry(scene),
             around_eye: Vec::new(),
         }
     }
@@ -170,7 +175,7 @@ impl<'a> CpuRenderer<'a> {
             direction,
             words: OnceCell::new(),
         };
-        let mut visit = |order: [u32; 2]| {
+        let visit = |nearest: &mut Option<Nearest<'a>>, order: [u32; 2]| {
             let object = &self.scene.objects[order[0] as usize];
             let best = nearest
                 .as_ref()
@@ -182,14 +187,14 @@ impl<'a> CpuRenderer<'a> {
             let hit = found.hit();
             // At equal depth the first in drawing order wins, as on a GPU.
             let wins = hit.class != CLASS_MISS
-                && match &nearest {
+                && match &*nearest {
                     None => hit.depth > 0.0,
                     Some(nearest) => {
                         hit.depth > best || (hit.depth == best && order < nearest.order)
                     }
                 };
             if wins {
-                nearest = Some(Nearest {
+                *nearest = Some(Nearest {
                     object,
                     found,
                     order,
@@ -197,23 +202,39 @@ impl<'a> CpuRenderer<'a> {
             }
         };
         for &order in &self.around_eye {
-            visit(order);
+            visit(&mut nearest, order);
         }
-        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
-        self.bvh
-            .ray_traverse_anyhit(ray, |_, leaf| visit(self.leaves[leaf]));
+        self.visit(frame, direction, self.early, |order| {
+            visit(&mut nearest, order);
+            nearest.as_ref().map(|nearest| nearest.found.hit().t)
+        });
         nearest
+    }
+
+    /// Calls `visit` with what the ray of `frame` along `direction` may meet, near boxes
+    /// first. `visit` returns the distance of the nearest hit so far: boxes that start more
+    /// than `early` behind it are left out.
+    fn visit(
+        &self,
+        frame: &Frame,
+        direction: Vec3,
+        early: f32,
+        mut visit: impl FnMut([u32; 2]) -> Option<f32>,
+    ) {
+        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
+        let slack = early + ROUNDING * self.reach;
+        self.bvh.ray_traverse(ray, &mut RayHit::none(), |_, leaf| {
+            visit(self.leaves[leaf]).map_or(f32::INFINITY, |t| t * (1.0 + ROUNDING) + slack)
+        });
     }
 
     /// Finds the exit of the ray along `direction`: its words, or zeros.
     fn exit(&self, frame: &Frame, direction: Vec3) -> UVec4 {
         let mut nearest: Option<([u32; 2], FacetHit, f32)> = None;
-        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
-        self.bvh.ray_traverse_anyhit(ray, |_, leaf| {
-            let order = self.leaves[leaf];
+        self.visit(frame, direction, 0.0, |order| {
             let object = &self.scene.objects[order[0] as usize];
             if object.parameters.number == 0 {
-                return;
+                return None;
             }
             let (facet, depth) = exit::meet(frame, direction, &object.triangles[order[1] as usize]);
             // At equal depth the first in drawing order wins, as on a GPU.
@@ -222,6 +243,7 @@ impl<'a> CpuRenderer<'a> {
             if facet.hit && is_nearer {
                 nearest = Some((order, facet, depth));
             }
+            nearest.as_ref().map(|(_, facet, _)| facet.t)
         });
         nearest.map_or(UVec4::ZERO, |([object, triangle], facet, _)| {
             let object = &self.scene.objects[object as usize];
@@ -240,9 +262,7 @@ impl<'a> CpuRenderer<'a> {
         direction: Vec3,
     ) -> Option<([u32; 2], FacetHit)> {
         let mut nearest: Option<([u32; 2], FacetHit)> = None;
-        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
-        self.bvh.ray_traverse_anyhit(ray, |_, leaf| {
-            let order = self.leaves[leaf];
+        self.visit(frame, direction, 0.0, |order| {
             let object = &self.scene.objects[order[0] as usize];
             let ray = object_ray(object, frame, direction);
             let facet = over_triangle::meet(&ray, &object.triangles[order[1] as usize]);
@@ -250,6 +270,7 @@ impl<'a> CpuRenderer<'a> {
             if facet.hit && facet.t > 0.0 && is_nearer {
                 nearest = Some((order, facet));
             }
+            nearest.as_ref().map(|(_, facet)| facet.t)
         });
         nearest
     }
@@ -300,6 +321,25 @@ fn object_ray<'a>(object: &'a PreparedObject, frame: &'a Frame, direction: Vec3)
         object: &object.parameters,
         direction,
     }
+}
+
+/// Bound of the relative rounding errors of a box test and of a hit.
+const ROUNDING: f32 = 1e-5;
+
+/// Returns the maximum distance by which a ray may enter a shell before the box of what it
+/// enters through, object units. Rays that enter through triangles do so where the quadric
+/// of the surface is, which has no bound.
+fn earliest_entry(scene: &PreparedScene) -> f32 {
+    let objects = scene.objects.iter();
+    let entries = objects.map(|object| {
+        if !object.has_prisms() {
+            return f32::INFINITY;
+        }
+        // Rays may enter up to 0.01, in weights, beyond the sides.
+        let radii = object.prisms.iter().map(|prism| 0.1 * prism.radius);
+        radii.fold(0.0, f32::max)
+    });
+    entries.fold(0.0, f32::max)
 }
 
 /// Builds the hierarchy over all triangles of `scene`, and returns it with the
