@@ -10,9 +10,10 @@ use std::path::Path;
 use syn::{Attribute, Fields, ImplItem, Item, TraitItem, Visibility};
 
 /// The published crates and their `lib.rs`.
-const CRATES: [(&str, &str); 6] = [
+const CRATES: [(&str, &str); 7] = [
     ("relievo", "host/src/lib.rs"),
     ("relievo-bitwise", "host/bitwise/src/lib.rs"),
+    ("relievo-exact", "shared/exact/src/lib.rs"),
     ("relievo-kernel", "shared/kernel/src/lib.rs"),
     ("relievo-shaders", "assets/shaders/lib.rs"),
     ("relievo-shared", "shared/src/lib.rs"),

@@ -68,14 +68,19 @@ const FORBIDDEN_FUNCTIONS: [&str; 51] = [
 const NUMBER_TYPES: [&str; 9] = [
     "f32", "f64", "Real", "Vec2", "Vec3", "DVec2", "DVec3", "glam", "core",
 ];
-/// The file and function that may divide, and the file that may call libm.
-const NATIVE: &str = "native.rs";
-const DIVIDING_FUNCTION: &str = "native_div";
+/// The files that may call libm, and the function in each that may divide: the device's
+/// own, and that of the f64 twin.
+const NATIVE: [(&str, &str); 2] = [
+    ("shared/exact/src/native.rs", "native_div"),
+    ("shared/src/double.rs", "div"),
+];
 
 /// Scans one file; finds each forbidden thing as "file:line: what".
 struct Scanner<'a> {
     file: &'a str,
     may_divide: bool,
+    /// Inside what the compiler computes.
+    is_constant: bool,
     findings: Vec<String>,
 }
 
@@ -91,14 +96,22 @@ impl Scanner<'_> {
         let mut scanner = Scanner {
             file,
             may_divide: false,
+            is_constant: false,
             findings: Vec::new(),
         };
         scanner.visit_file(&parsed);
         scanner.findings
     }
 
+    /// The function that may divide, in a file that may call libm.
+    fn dividing_function(&self) -> Option<&str> {
+        let mut files = NATIVE.iter();
+        let found = files.find(|(file, _)| *file == self.file);
+        found.map(|(_, function)| *function)
+    }
+
     fn is_native(&self) -> bool {
-        self.file.ends_with(NATIVE)
+        self.dividing_function().is_some()
     }
 
     fn find(&mut self, span: Span, what: &str) {
@@ -115,9 +128,14 @@ impl Scanner<'_> {
         }
     }
 
-    /// Macro arguments are tokens, not expressions: any forbidden one counts.
+    /// Macro arguments are tokens, not expressions: any forbidden one counts, but for the
+    /// functions of relievo-exact: `exact::sin`.
     fn scan_tokens(&mut self, tokens: &TokenStream) {
+        let mut before = [String::new(), String::new(), String::new()];
         for token in tokens.clone() {
+            let is_exact = before == ["exact", ":", ":"];
+            before.rotate_left(1);
+            before[2] = token.to_string();
             match token {
                 TokenTree::Group(group) => self.scan_tokens(&group.stream()),
                 TokenTree::Punct(punct) if "/%".contains(punct.as_char()) => {
@@ -125,7 +143,8 @@ impl Scanner<'_> {
                 }
                 TokenTree::Ident(ident) => {
                     let name = ident.to_string();
-                    if name == "libm" || FORBIDDEN_FUNCTIONS.contains(&name.as_str()) {
+                    let is_forbidden = FORBIDDEN_FUNCTIONS.contains(&name.as_str());
+                    if name == "libm" || (is_forbidden && !is_exact) {
                         self.find(ident.span(), &format!("`{name}` in a macro"));
                     }
                 }
@@ -135,8 +154,8 @@ impl Scanner<'_> {
     }
 }
 
-/// Whether an expression consists of literals only, which the compiler
-/// evaluates.
+/// Whether an expression consists of literals only, which the compiler evaluates in a
+/// constant.
 fn is_literal(expression: &syn::Expr) -> bool {
     match expression {
         syn::Expr::Lit(_) => true,
@@ -176,9 +195,16 @@ impl<'ast> Visit<'ast> for Scanner<'_> {
     }
 
     fn visit_item_fn(&mut self, function: &'ast syn::ItemFn) {
-        self.may_divide = self.is_native() && function.sig.ident == DIVIDING_FUNCTION;
+        let dividing = self.dividing_function();
+        self.may_divide = dividing.is_some_and(|name| function.sig.ident == name);
         visit::visit_item_fn(self, function);
         self.may_divide = false;
+    }
+
+    fn visit_item_const(&mut self, item: &'ast syn::ItemConst) {
+        let before = std::mem::replace(&mut self.is_constant, true);
+        visit::visit_item_const(self, item);
+        self.is_constant = before;
     }
 
     fn visit_expr_binary(&mut self, binary: &'ast syn::ExprBinary) {
@@ -189,7 +215,8 @@ impl<'ast> Visit<'ast> for Scanner<'_> {
             syn::BinOp::RemAssign(token) => (token.spans[0], "%="),
             _ => return visit::visit_expr_binary(self, binary),
         };
-        if !(is_literal(&binary.left) && is_literal(&binary.right)) {
+        // Elsewhere quotients of literals are left to the device.
+        if !(self.is_constant && is_literal(&binary.left) && is_literal(&binary.right)) {
             self.forbid_operator(span, operator);
         }
         visit::visit_expr_binary(self, binary);
@@ -266,15 +293,20 @@ fn sources(folder: &Path) -> BTreeMap<String, String> {
 
 #[test]
 fn the_shared_mathematics_calls_only_what_all_devices_round_alike() {
-    let files = sources(&root().join("shared/src"));
-    assert!(files.contains_key(NATIVE) && files.contains_key("march.rs"));
+    let mut files = BTreeMap::new();
+    for folder in ["shared/src", "shared/exact/src"] {
+        let below = sources(&root().join(folder)).into_iter();
+        files.extend(below.map(|(name, text)| (format!("{folder}/{name}"), text)));
+    }
+    assert!(NATIVE.iter().all(|(file, _)| files.contains_key(*file)));
+    assert!(files.contains_key("shared/src/march.rs"));
     let findings: Vec<String> = files
         .iter()
-        .flat_map(|(name, text)| Scanner::scan(&format!("shared/src/{name}"), text))
+        .flat_map(|(name, text)| Scanner::scan(name, text))
         .collect();
     assert!(
         findings.is_empty(),
-        "not allowed in shared/src (see the docs of lib.rs):\n{}",
+        "not allowed in the shared mathematics (see the docs of shared/src/lib.rs):\n{}",
         findings.join("\n")
     );
 }
@@ -292,6 +324,7 @@ fn the_scanner_reports_each_forbidden_thing_with_its_line() {
         ("{ a %= b; }", "`%=`"),
         ("(a + (b / 2.0)) * 3.0", "`/`"),
         ("f(a, |x| x / a)", "`/`"),
+        ("a * (1.0 / 3.0)", "`/`"),
         ("a.sqrt()", "method `sqrt`"),
         ("(a * b).mul_add(a, b)", "method `mul_add`"),
         ("a.powi(2)", "method `powi`"),
@@ -333,7 +366,7 @@ fn the_scanner_reports_each_forbidden_thing_with_its_line() {
     assert_eq!(Scanner::scan("any.rs", "fn f( {").len(), 1);
     // Only native_div may divide, also in native.rs.
     let text = "fn native_div(a: f32, b: f32) -> f32 { a / b }\nfn half(a: f32) -> f32 { a / 2.0 }";
-    let findings = Scanner::scan("shared/src/native.rs", text);
+    let findings = Scanner::scan("shared/exact/src/native.rs", text);
     assert_eq!(findings.len(), 1, "{findings:?}");
     assert!(findings[0].contains("native.rs:2"), "{findings:?}");
 }
@@ -342,6 +375,8 @@ fn the_scanner_reports_each_forbidden_thing_with_its_line() {
 fn the_scanner_leaves_the_rest_alone() {
     for text in [
         "const A: f32 = 1.0 / 128.0; const B: f32 = -(2.0 / 3.0) / 4.0;",
+        "fn f(a: f32) -> f32 { const THIRD: f32 = 1.0 / 3.0; a * THIRD }",
+        "list! { sine(f32) -> f32 = kernels::exact::sin; }",
         "#[cfg(test)] mod tests { fn f(a: f32) -> f32 { a / a.sqrt() } }",
         "#[cfg(test)] #[allow(unused)] mod tests { use libm::sqrtf; }",
         "/// a / b\nfn f(a: f32) -> f32 { /* a / b */ min(a, sqrt(a)) }",
@@ -351,7 +386,7 @@ fn the_scanner_leaves_the_rest_alone() {
         assert!(findings.is_empty(), "{text}: {findings:?}");
     }
     let text = "fn sqrt(x: f32) -> f32 { libm::sqrtf(x) }";
-    assert!(Scanner::scan("shared/src/native.rs", text).is_empty());
+    assert!(Scanner::scan("shared/exact/src/native.rs", text).is_empty());
 }
 
 const REBUILD: &str =

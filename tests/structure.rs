@@ -13,7 +13,7 @@ use syn::visit::{self, Visit};
 use syn::{Attribute, Item, UseTree};
 
 /// The crates: name and folder of `lib.rs` or `main.rs`.
-const CRATES: [(&str, &str); 9] = [
+const CRATES: [(&str, &str); 10] = [
     ("relievo", "host/src"),
     ("relievo_bitwise", "host/bitwise/src"),
     ("relievo_page", "host/page/src"),
@@ -21,6 +21,7 @@ const CRATES: [(&str, &str); 9] = [
     ("relievo_studies", "host/studies/src"),
     ("relievo_viewer", "host/viewer/src"),
     ("relievo_shared", "shared/src"),
+    ("relievo_exact", "shared/exact/src"),
     ("relievo_kernel", "shared/kernel/src"),
     ("generator", "assets/generator/src"),
 ];

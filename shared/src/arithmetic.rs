@@ -1,8 +1,8 @@
 //! Operations that devices may round differently, and small helpers.
 //!
-//! Division and square root are called only from here. On the CPU they are the
-//! native ones. In the exact shaders (feature `corrected`) `rounding` corrects the
-//! device's results; in the fast shaders they are the device's own.
+//! Those of f32 are `relievo-exact`'s: division and square root are called only from
+//! there. On the CPU they are the native ones; in the exact shaders (feature `corrected`)
+//! the device's results are corrected; in the fast shaders they are the device's own.
 //!
 //! ```
 //! use relievo_shared::arithmetic::{div, floor, sqrt};
@@ -11,83 +11,11 @@
 //! assert_eq!((sqrt(-1.0), floor(-0.5)), (0.0, -1.0));
 //! ```
 
-use crate::native::{native_div, native_sqrt};
-#[cfg(feature = "corrected")]
-use crate::rounding::{Division, Root};
+#[cfg(feature = "double")]
+pub use crate::double::{abs, clamp, div, max, min, normalize_or, sqrt};
 use crate::{Real, Vec3};
-
-/// Returns `a / b`, rounded to nearest. A quotient that is not a normal number is 0
-/// (too small, or `a` is 0) or ±`Real::MAX` (too large, or `b` is 0).
-#[inline]
-pub fn div(a: Real, b: Real) -> Real {
-    #[cfg(feature = "corrected")]
-    {
-        let division = Division::new(a, b);
-        let (x, y) = division.mantissas();
-        division.rounded(native_div(x, y))
-    }
-    #[cfg(not(feature = "corrected"))]
-    saturate(native_div(a, b), a, b)
-}
-
-/// Returns `quotient`, or the result of [`div`] if it is not a normal number.
-#[cfg(not(any(feature = "corrected", feature = "double", target_arch = "spirv")))]
-#[inline]
-fn saturate(quotient: Real, a: Real, b: Real) -> Real {
-    let magnitude = abs(quotient);
-    if (Real::MIN_POSITIVE..=Real::MAX).contains(&magnitude) {
-        quotient
-    } else {
-        crate::rounding::Division::new(a, b).saturated()
-    }
-}
-
-#[cfg(any(
-    feature = "double",
-    all(target_arch = "spirv", not(feature = "corrected"))
-))]
-#[inline]
-fn saturate(quotient: Real, _: Real, _: Real) -> Real {
-    quotient
-}
-
-/// Returns the square root of `x`, rounded to nearest; 0 for a negative `x`.
-#[inline]
-pub fn sqrt(x: Real) -> Real {
-    let x = max(x, 0.0);
-    #[cfg(feature = "corrected")]
-    {
-        let root = Root::new(x);
-        root.rounded(native_sqrt(root.operand()))
-    }
-    #[cfg(not(feature = "corrected"))]
-    native_sqrt(x)
-}
-
-/// Returns the smaller of two numbers that are not NaN.
-#[inline]
-pub fn min(a: Real, b: Real) -> Real {
-    if a < b { a } else { b }
-}
-
-/// Returns the larger of two numbers that are not NaN.
-#[inline]
-pub fn max(a: Real, b: Real) -> Real {
-    if a > b { a } else { b }
-}
-
-/// Returns `x` limited to `low..=high`; `low` for NaN.
-#[inline]
-pub fn clamp(x: Real, low: Real, high: Real) -> Real {
-    let x = if x > low { x } else { low };
-    min(x, high)
-}
-
-/// Returns the absolute value of `x`.
-#[inline]
-pub fn abs(x: Real) -> Real {
-    if x < 0.0 { -x } else { x }
-}
+#[cfg(not(feature = "double"))]
+pub use relievo_exact::{abs, clamp, div, max, min, normalize_or, sqrt};
 
 /// Returns the largest integer not above `x`, for |x| < 2³⁰; larger magnitudes
 /// saturate near ±2³⁰.
@@ -107,18 +35,6 @@ pub fn floor_to_int(x: Real) -> i32 {
 #[inline]
 pub fn floor(x: Real) -> Real {
     floor_to_int(x) as Real
-}
-
-/// Returns `v` scaled to length 1, or `fallback` if `v` is too short.
-#[inline]
-pub fn normalize_or(v: Vec3, fallback: Vec3) -> Vec3 {
-    let squared = v.dot(v);
-    // Smaller squares lose digits to underflow.
-    if squared > 1e-30 {
-        v * div(1.0, sqrt(squared))
-    } else {
-        fallback
-    }
 }
 
 /// Magnitudes below this (2⁻⁶⁰) are treated as zero, so that products of two numbers

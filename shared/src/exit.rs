@@ -111,6 +111,8 @@ impl Exit {
     /// Returns the exit of `words`; its t is 0 unless it is one of `object`.
     #[inline]
     pub fn from_words(words: UVec4, object: &Object) -> Exit {
+        const SLOPE_STEP: Real = 1.0 / 65_535.0;
+        const UV_STEP: Real = 1.0 / 65_536.0;
         let (t, slope_and_depth, facet_depth, uv) = (words.x, words.y, words.z, words.w);
         let is_own = facet_depth & NUMBER == object.number & NUMBER;
         Exit {
@@ -119,11 +121,11 @@ impl Exit {
             } else {
                 0.0
             },
-            slope: (slope_and_depth & !UPPER) as i32 as Real * (1.0 / 65_535.0),
+            slope: (slope_and_depth & !UPPER) as i32 as Real * SLOPE_STEP,
             facet_depth: f32::from_bits(facet_depth & !NUMBER) as Real,
             uv: Vec2::new(
-                (uv & 0xffff) as i32 as Real * (1.0 / 65_536.0),
-                (uv >> 16) as i32 as Real * (1.0 / 65_536.0),
+                (uv & 0xffff) as i32 as Real * UV_STEP,
+                (uv >> 16) as i32 as Real * UV_STEP,
             ),
             depth: f32::from_bits(slope_and_depth & UPPER) as Real,
         }

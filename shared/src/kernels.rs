@@ -40,6 +40,7 @@ use crate::surface::{interpolate, uv_bend};
 use crate::techniques::PROFILES;
 use crate::walk::{self, Field, PrismList};
 pub use crate::{Vec2, Vec3};
+pub use glam::{Mat3, Mat4, Vec4};
 use noise::{FloatNoise, Noise, noise_object};
 use relievo_kernel::{Domain, Kind};
 pub use words::PathWords;
@@ -98,6 +99,11 @@ pub const PIXEL: Domain = integer("pixel", 0, 16_383);
 /// Numbers for noise, formats and other choices.
 pub const CHOICE: Domain = integer("choice", 0, u32::MAX);
 
+/// Any f32: infinities, NaN and denormal numbers, too.
+pub const ANY: Domain = Domain::new("any", Kind::Bits);
+
+pub use relievo_exact as exact;
+
 /// Calls the macro `$with` with every kernel, a line each:
 /// name(type: domain, …) -> type = function;
 ///
@@ -107,6 +113,24 @@ pub const CHOICE: Domain = integer("choice", 0, u32::MAX);
 macro_rules! for_each_kernel {
     ($with:ident) => {
         $with! {
+            exact_div(f32: ANY, f32: ANY) -> f32 = kernels::exact::div;
+            exact_sqrt(f32: ANY) -> f32 = kernels::root;
+            exact_recip_sqrt(f32: ANY) -> f32 = kernels::exact::recip_sqrt;
+            exact_exp(f32: ANY) -> f32 = kernels::exact::exp;
+            exact_exp2(f32: ANY) -> f32 = kernels::exact::exp2;
+            exact_log(f32: ANY) -> f32 = kernels::exact::log;
+            exact_log2(f32: ANY) -> f32 = kernels::exact::log2;
+            exact_pow(f32: ANY, f32: ANY) -> f32 = kernels::exact::pow;
+            exact_sin(f32: ANY) -> f32 = kernels::exact::sin;
+            exact_cos(f32: ANY) -> f32 = kernels::exact::cos;
+            exact_tan(f32: ANY) -> f32 = kernels::exact::tan;
+            exact_asin(f32: ANY) -> f32 = kernels::exact::asin;
+            exact_acos(f32: ANY) -> f32 = kernels::exact::acos;
+            exact_atan(f32: ANY) -> f32 = kernels::exact::atan;
+            exact_atan2(f32: ANY, f32: ANY) -> f32 = kernels::exact::atan2;
+            exact_whole(f32: ANY) -> [f32; 5] = kernels::whole;
+            exact_length(Vec4: NUMBER, Vec3: NUMBER) -> (f32, Vec4, Vec3) = kernels::lengths;
+            exact_product(Mat4: POSITION, Mat3: POSITION, Vec4: POSITION) -> (Vec4, Mat3) = kernels::products;
             divide(f32: NUMBER, f32: DIVISOR) -> f32 = arithmetic::div;
             root(f32: NUMBER) -> f32 = kernels::root;
             floor(f32: NUMBER) -> f32 = arithmetic::floor;
@@ -132,6 +156,27 @@ macro_rules! for_each_kernel {
             light(Vec3: DIRECTION, Vec3: DIRECTION, Vec3: DIRECTION, Vec3: FRACTION, Vec3: FRACTION, f32: FRACTION, u32: EXPONENT) -> Vec3 = kernels::light;
         }
     };
+}
+
+/// `x` rounded to whole numbers in all ways, and its fraction.
+pub fn whole(x: f32) -> [f32; 5] {
+    use exact::{ceil, floor, fract, round, trunc};
+    [trunc(x), floor(x), ceil(x), round(x), fract(x)]
+}
+
+/// The distance between two vectors, and both normalised.
+pub fn lengths(a: Vec4, b: Vec3) -> (f32, Vec4, Vec3) {
+    let a3 = Vec3::new(a.x, a.y, a.z);
+    (
+        exact::distance(a3, b),
+        exact::normalize_or(a, Vec4::W),
+        normalize_or(b, Vec3::Z),
+    )
+}
+
+/// Products of matrices, as glam has them.
+pub fn products(a: Mat4, b: Mat3, v: Vec4) -> (Vec4, Mat3) {
+    (a * v, b * b)
 }
 
 /// [`clamp`] under a name that is not a banned method.

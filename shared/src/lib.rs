@@ -42,11 +42,12 @@
 //! Code that runs on both sides must give the same bits on every device, and
 //! must pass through rust-gpu, spirv-opt and naga.
 //!
-//! **Arithmetic.** + − ×, comparisons, casts and the functions of
-//! [`arithmetic`], and nothing else: no `/`, `%`, `sqrt`, `mul_add`, `powf`,
+//! **Arithmetic.** + − ×, comparisons, casts and the functions of [`arithmetic`] and
+//! `relievo-exact`, and nothing else: no `/`, `%`, `sqrt`, `mul_add`, `powf`,
 //! trigonometry, glam's `normalize` or `length`, whose results differ between
-//! devices. `clippy.toml` lists the banned methods, and `tests/sources.rs` scans
-//! the sources for the operators.
+//! devices. A quotient of literals is a `const`: elsewhere the device computes it.
+//! `clippy.toml` lists the banned methods, and `tests/sources.rs` scans the sources for
+//! the operators.
 //!
 //! **Loops.** `while` with a counter or a flag; no `for`, `loop`, `break` or
 //! `continue`, and no `return` from within a loop. A `for` is an iterator of
@@ -75,6 +76,8 @@
 pub mod arithmetic;
 pub mod camera;
 pub mod contract;
+#[cfg(feature = "double")]
+mod double;
 pub mod exit;
 pub mod facet;
 pub mod facts;
@@ -84,14 +87,11 @@ pub mod layout;
 pub mod light;
 pub mod march;
 pub mod model;
-mod native;
 pub mod normals;
 pub mod outline;
 pub mod path;
 pub mod prism;
 pub mod profile;
-#[cfg(not(feature = "double"))]
-pub mod rounding;
 pub mod shaders;
 pub mod shadow;
 pub mod shape_map;

@@ -113,11 +113,12 @@ impl ShapeMap {
     /// Returns the normal stored in the paper's form, components −1…1.
     #[inline]
     fn stored_normal<T: Texels + ?Sized>(&self, texels: &T, x: i32, y: i32) -> Vec2 {
+        const STEP: Real = 2.0 / 255.0;
         let code = self.code(texels, x, y);
         Vec2::new(
             (code & 255) as i32 as Real - 127.5,
             ((code >> 8) & 255) as i32 as Real - 127.5,
-        ) * (2.0 / 255.0)
+        ) * STEP
     }
 
     /// Returns the four texels around `uv` (repeats) and the fractions between them.

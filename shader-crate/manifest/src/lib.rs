@@ -16,8 +16,10 @@ pub const SHADER_FOLDER: &str = "assets/shaders";
 pub const MANIFEST_FILE: &str = "manifest.toml";
 
 /// Files and folders (searched for `.rs`) whose bytes decide the modules.
-const SOURCES: [&str; 13] = [
+const SOURCES: [&str; 15] = [
     "shared/Cargo.toml",
+    "shared/exact/Cargo.toml",
+    "shared/exact/src",
     "shared/kernel/Cargo.toml",
     "shared/kernel/src",
     "shared/src",

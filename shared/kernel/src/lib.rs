@@ -32,7 +32,7 @@
 #![no_std]
 #![forbid(unsafe_code)]
 
-use glam::{Vec2, Vec3};
+use glam::{IVec2, IVec3, IVec4, Mat2, Mat3, Mat4, UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
 
 /// Invocations in a compute shader's workgroup; the number of inputs is a multiple of it.
 pub const WORKGROUP: u32 = 64;
@@ -94,20 +94,20 @@ number!(i32, word => word as i32, value => value as u32);
 number!(f32, word => f32::from_bits(word), value => if value == 0.0 { 0 } else { value.to_bits() });
 number!(bool, word => word != 0, value => if value { 1 } else { 0 });
 
-/// A vector: its components in turn.
-macro_rules! vector {
-    ($type:ident: $words:literal, $($field:ident),*) => {
+/// A vector or a matrix: its components or columns in turn.
+macro_rules! parts {
+    ($type:ident of $part:ty: $new:ident($($field:ident),*)) => {
         impl FromWords for $type {
-            const WORDS: u32 = $words;
+            const WORDS: u32 = 0 $(+ { let _ = stringify!($field); <$part as FromWords>::WORDS })*;
             #[inline]
             fn read<S: Source>(source: &mut S) -> $type {
-                $(let $field = f32::read(source);)*
-                $type::new($($field),*)
+                $(let $field = <$part>::read(source);)*
+                $type::$new($($field),*)
             }
         }
 
         impl ToWords for $type {
-            const WORDS: u32 = $words;
+            const WORDS: u32 = <$type as FromWords>::WORDS;
             #[inline]
             fn write<S: Sink>(self, sink: &mut S) {
                 $(self.$field.write(sink);)*
@@ -116,8 +116,50 @@ macro_rules! vector {
     };
 }
 
-vector!(Vec2: 2, x, y);
-vector!(Vec3: 3, x, y, z);
+parts!(Vec2 of f32: new(x, y));
+parts!(Vec3 of f32: new(x, y, z));
+parts!(Vec4 of f32: new(x, y, z, w));
+parts!(IVec2 of i32: new(x, y));
+parts!(IVec3 of i32: new(x, y, z));
+parts!(IVec4 of i32: new(x, y, z, w));
+parts!(UVec2 of u32: new(x, y));
+parts!(UVec3 of u32: new(x, y, z));
+parts!(UVec4 of u32: new(x, y, z, w));
+parts!(Mat2 of Vec2: from_cols(x_axis, y_axis));
+parts!(Mat3 of Vec3: from_cols(x_axis, y_axis, z_axis));
+parts!(Mat4 of Vec4: from_cols(x_axis, y_axis, z_axis, w_axis));
+
+/// An array: its elements in turn.
+macro_rules! array {
+    ($length:literal: $($element:ident),*) => {
+        impl<T: FromWords> FromWords for [T; $length] {
+            const WORDS: u32 = $length * T::WORDS;
+            #[inline]
+            fn read<S: Source>(source: &mut S) -> [T; $length] {
+                $(let $element = T::read(source);)*
+                [$($element),*]
+            }
+        }
+
+        impl<T: ToWords> ToWords for [T; $length] {
+            const WORDS: u32 = $length * T::WORDS;
+            #[inline]
+            fn write<S: Sink>(self, sink: &mut S) {
+                let [$($element),*] = self;
+                $($element.write(sink);)*
+            }
+        }
+    };
+}
+
+array!(1: a);
+array!(2: a, b);
+array!(3: a, b, c);
+array!(4: a, b, c, d);
+array!(5: a, b, c, d, e);
+array!(6: a, b, c, d, e, f);
+array!(7: a, b, c, d, e, f, g);
+array!(8: a, b, c, d, e, f, g, h);
 
 /// Several results of one function.
 macro_rules! tuple {
@@ -173,6 +215,9 @@ pub enum Kind {
     /// Three scalars: a vector of length 1, but for rounding; no magnitudes
     /// below 2⁻²⁰ but zero.
     UnitVector,
+    /// Any bits. Of a function of one word, input i is i times an odd number: 2³² inputs
+    /// are every word, once.
+    Bits,
     /// A whole number from `low` to `high`, both included, as u32.
     Integer {
         /// The smallest.
@@ -338,6 +383,26 @@ mod tests {
     }
 
     const TABLE: &[Kernel] = for_each_kernel!(table);
+
+    /// Returns whether `value` is what its words are read as.
+    fn returns<T: FromWords + ToWords + Copy + PartialEq>(value: T) -> bool {
+        let mut words = [7; 20];
+        value.write(&mut Writer(words.iter_mut()));
+        let written = <T as ToWords>::WORDS as usize;
+        words[written..].iter().all(|&word| word == 7)
+            && T::read(&mut Reader(words.iter())) == value
+    }
+
+    #[test]
+    fn values_return_from_their_words() {
+        assert!(returns(Vec4::new(1.0, 2.0, 3.0, -4.0)) && returns(Vec2::Y));
+        assert!(returns(IVec3::new(-1, 2, i32::MIN)) && returns(UVec4::new(1, 2, 3, u32::MAX)));
+        assert!(returns(Mat3::from_cols_array(&[
+            1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0
+        ])));
+        assert!(returns(Mat4::from_diagonal(Vec4::new(1.0, 2.0, 3.0, 4.0))));
+        assert!(returns([[1_u32, 2], [3, 4]]) && returns([Vec3::X, Vec3::Y]));
+    }
 
     #[test]
     fn the_table_runs_what_it_lists() {

@@ -38,6 +38,8 @@ const BEND_DOUBT: Real = 0.25;
 /// to the bend.
 const DOUBT: Real = 0.05;
 
+const THIRD: Real = 1.0 / 3.0;
+
 /// Returns the smallest h > 0 where c + v h + ½ a h² crosses zero upward; [`FAR`] if it
 /// clearly does not within `rest`.
 ///
@@ -286,9 +288,8 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let hull_guess = rough_parameters(data, hull_origin + at.direction * start.t);
 
         // Where the next turn moves to.
-        let third: Real = 1.0 / 3.0;
         let mut t = 0.0;
-        let mut guess = Vec3::new(third, third, 0.5);
+        let mut guess = Vec3::new(THIRD, THIRD, 0.5);
         let mut rounds = FIRST_ROUNDS;
         if !may_hold_eye {
             at.origin = hull_origin;

@@ -13,13 +13,22 @@ use syn::{BinOp, Expr, Lit, Meta, UnOp, parse_quote};
 /// Methods of glam's vectors that are made of replaced operations here.
 const METHODS: [&str; 3] = ["dot", "cross", "perp_dot"];
 
-/// The file of the operations that all others call, and those of its functions
-/// that compute: their operations are reported with the caller.
+/// The file of the operations that all others call, and the names of functions, in it
+/// and in relievo-exact, that compute: their operations are reported with the caller.
 const ARITHMETIC: &str = "arithmetic.rs";
 const CALLED: [&str; 5] = ["div", "native_div", "sqrt", "normalize_or", "power"];
 
-/// Rewrites one file for one tree of modules.
+/// The package that a file belongs to.
+#[derive(Clone, Copy, PartialEq)]
+pub enum Package {
+    Shared,
+    Exact,
+}
+
+/// Rewrites files for one tree of modules.
+#[derive(Clone)]
 pub struct Rewriter<'a> {
+    package: Package,
     file: &'a str,
     tree: &'a str,
     corrected: bool,
@@ -30,14 +39,37 @@ pub struct Rewriter<'a> {
 }
 
 impl<'a> Rewriter<'a> {
-    /// For `file`, a module of `crate::tree`; its feature `corrected` is as given.
-    pub fn new(file: &'a str, tree: &'a str, corrected: bool) -> Rewriter<'a> {
+    /// For files of `package`, whose modules are in `crate::tree`; the feature `corrected`
+    /// is as given.
+    pub fn new(package: Package, tree: &'a str, corrected: bool) -> Rewriter<'a> {
         Rewriter {
-            file,
+            package,
+            file: "",
             tree,
             corrected,
             is_constant: false,
             error: None,
+        }
+    }
+
+    /// The same for `file`.
+    pub fn of_file<'b>(&'b self, file: &'b str) -> Rewriter<'b> {
+        Rewriter {
+            file,
+            ..self.clone()
+        }
+    }
+
+    /// Returns where the modules of a package are, without the leading `crate`, if `name` is
+    /// how the file calls it.
+    fn place(&self, name: &syn::Ident) -> Option<TokenStream> {
+        let tree = format_ident!("{}", self.tree);
+        if name == "relievo_exact" || (name == "crate" && self.package == Package::Exact) {
+            Some(quote! { #tree::exact })
+        } else if name == "crate" {
+            Some(quote! { #tree })
+        } else {
+            None
         }
     }
 
@@ -139,7 +171,8 @@ impl<'a> Rewriter<'a> {
         if segments[0].ident == "libm" && name == "sqrtf" {
             return Some(self.call("sqrt", call.span(), [call.args.first()?.clone()]));
         }
-        if self.file == ARITHMETIC || !CALLED.contains(&name.as_str()) {
+        let computes = self.file == ARITHMETIC || self.package == Package::Exact;
+        if computes || !CALLED.contains(&name.as_str()) {
             return None;
         }
         let site = self.site(call.func.span());
@@ -239,18 +272,17 @@ impl VisitMut for Rewriter<'_> {
 
     fn visit_path_mut(&mut self, path: &mut syn::Path) {
         visit_mut::visit_path_mut(self, path);
-        if path.segments[0].ident == "crate" {
-            let tree = format_ident!("{}", self.tree);
+        if let Some(place) = self.place(&path.segments[0].ident) {
             let rest = path.segments.iter().skip(1);
-            *path = parse_quote! { crate::#tree #(::#rest)* };
+            *path = parse_quote! { crate::#place #(::#rest)* };
         }
     }
 
     fn visit_use_path_mut(&mut self, path: &mut syn::UsePath) {
-        if path.ident == "crate" {
-            let tree = format_ident!("{}", self.tree);
+        if let Some(place) = self.place(&path.ident) {
             let rest = &path.tree;
-            *path.tree = parse_quote! { #tree::#rest };
+            path.tree = parse_quote! { #place::#rest };
+            path.ident = format_ident!("crate");
         }
     }
 

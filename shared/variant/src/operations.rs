@@ -4,7 +4,7 @@
 
 use crate::scalar::{self, Operation, Sum};
 use crate::{Site, audit};
-use glam::{Vec2, Vec3};
+use glam::{Vec2, Vec3, Vec4};
 
 /// A binary operator: the type of its right operand, and the operation.
 pub trait Arithmetic<Right> {
@@ -127,6 +127,7 @@ macro_rules! vector {
 
 vector!(Vec2: x, y);
 vector!(Vec3: x, y, z);
+vector!(Vec4: x, y, z, w);
 
 /// `a + b`.
 #[inline]
@@ -195,6 +196,14 @@ impl Dot for Vec3 {
     fn dot(self, right: Vec3, site: Site) -> f32 {
         let xy = dot(self.truncate(), right.truncate(), site);
         multiply_add(self.z, right.z, xy, site)
+    }
+}
+
+impl Dot for Vec4 {
+    #[inline]
+    fn dot(self, right: Vec4, site: Site) -> f32 {
+        let xyz = dot(self.truncate(), right.truncate(), site);
+        multiply_add(self.w, right.w, xyz, site)
     }
 }
 

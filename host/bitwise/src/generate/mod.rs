@@ -25,6 +25,7 @@
 //! # }
 //! ```
 
+mod bits;
 mod direction;
 mod integer;
 mod number;
@@ -102,6 +103,7 @@ struct Argument {
 }
 
 enum Values {
+    Bits,
     Numbers(Numbers),
     Integers(Integers),
     Directions,
@@ -155,6 +157,10 @@ impl Generator {
     }
 
     fn draw(&self, index: u64, input: &mut [u32]) {
+        if let ([word], Values::Bits) = (&mut *input, &self.arguments[0].values) {
+            *word = bits::count(index);
+            return;
+        }
         let distribution = Distribution::of(index);
         let mut random = Random::new(self.seed, index);
         let mut previous = None;
@@ -170,6 +176,7 @@ impl Generator {
 impl Argument {
     fn new(words: usize, domain: Domain, recorded: &Recorded) -> Result<Argument, &'static str> {
         let values = match domain.kind {
+            Kind::Bits => Values::Bits,
             Kind::Magnitude { low, high } => {
                 Values::Numbers(Numbers::of_magnitude(true, low, high)?)
             }
@@ -181,7 +188,8 @@ impl Argument {
             Kind::UnitVector if words.is_multiple_of(3) => Values::Directions,
             Kind::UnitVector => return Err("unit vectors take three scalars each"),
         };
-        let is_zero = |word: u32| word << 1 == 0 && !matches!(values, Values::Integers(_));
+        let is_number = !matches!(values, Values::Integers(_) | Values::Bits);
+        let is_zero = |word: u32| word << 1 == 0 && is_number;
         let pool = recorded.get(domain.name).map_or(&[][..], Vec::as_slice);
         let pool = pool
             .chunks_exact(group(domain.kind))
@@ -223,6 +231,7 @@ impl Argument {
                     *previous = Some(*word);
                 }
             }
+            Values::Bits => words.fill_with(|| bits::draw(distribution, random)),
             Values::Integers(integers) => words.fill_with(|| integers.draw(distribution, random)),
         }
     }
@@ -240,6 +249,7 @@ fn group(kind: Kind) -> usize {
 /// words each. Zero may have either sign.
 pub fn contains(kind: Kind, words: &[u32]) -> bool {
     match kind {
+        Kind::Bits => true,
         Kind::Integer { low, high } => words.iter().all(|word| (low..=high).contains(word)),
         Kind::UnitVector => {
             let (vectors, rest) = words.as_chunks::<3>();

@@ -206,6 +206,6 @@ pub(super) fn contains(kind: Kind, word: u32) -> bool {
         Kind::Range { low, high } => {
             (low..=high).contains(&value) && (value == 0.0 || magnitude >= f32::from_bits(SMALLEST))
         }
-        Kind::UnitVector | Kind::Integer { .. } => false,
+        Kind::Bits | Kind::UnitVector | Kind::Integer { .. } => false,
     }
 }

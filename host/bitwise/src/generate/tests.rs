@@ -59,6 +59,7 @@ fn any_kind() -> impl Strategy<Value = Kind> {
             Kind::Range { low, high }
         }),
         Just(Kind::UnitVector),
+        Just(Kind::Bits),
         (any::<u32>(), any::<u32>()).prop_map(|(a, b)| {
             let (low, high) = sorted(a, b);
             Kind::Integer { low, high }
@@ -71,6 +72,7 @@ fn is_allowed(kind: Kind, words: &[u32]) -> bool {
     let numbers = || words.iter().map(|&word| f32::from_bits(word));
     let is_number = |x: f32| x.is_normal() || x.to_bits() == 0;
     match kind {
+        Kind::Bits => true,
         Kind::Magnitude { low, high } => {
             numbers().all(|x| is_number(x) && (x == 0.0 || low <= x.abs() && x.abs() <= high))
         }
@@ -304,4 +306,20 @@ fn invalid_domains_are_rejected_by_name() {
     assert!(refused(1, Kind::Range { low, high }).contains("empty"));
     assert!(refused(1, Kind::Integer { low: 2, high: 1 }).contains("low"));
     assert!(refused(4, Kind::UnitVector).contains("three"));
+}
+
+#[test]
+fn bits_of_one_word_are_all_words() {
+    let any = Generator::new(&kernel(1, Kind::Bits), &Recorded::new(), 3).expect("a domain");
+    let mut words = vec![0; 1 << 20];
+    any.fill(0, &mut words);
+    // Spread: the words of a 2²⁰th of all inputs have 2²⁰ different upper digits, but for
+    // the gaps of a sequence whose steps are the golden ratio.
+    words.sort_unstable();
+    let gaps = words.windows(2).map(|pair| pair[1] - pair[0]);
+    assert!(gaps.clone().min() > Some(1000) && gaps.max() < Some(10_000));
+    // Later inputs are others.
+    let mut later = [0; 1000];
+    any.fill(1 << 30, &mut later);
+    assert!(later.iter().all(|word| words.binary_search(word).is_err()));
 }

@@ -15,6 +15,7 @@ use relievo::verify::kernels::{KERNELS, record};
 use relievo::verify::matrix::for_each_variant;
 use relievo::verify::{AdapterReport, ModuleReport, Report, compare};
 use relievo_bitwise::{Plan, Recorded, Runner, compare_kernel};
+use relievo_kernel::Kernel;
 use std::path::PathBuf;
 
 /// Compiled shaders.
@@ -46,6 +47,14 @@ pub struct VerifyArguments {
     /// Number of inputs for each function of the shared mathematics
     #[arg(long, value_name = "N", default_value_t = 65_536)]
     inputs: u64,
+    /// Compare only the functions whose names contain this
+    #[arg(
+        long,
+        value_name = "PART",
+        default_value = "",
+        hide_default_value = true
+    )]
+    functions: String,
     /// Print the report as JSON
     #[arg(long)]
     json: bool,
@@ -73,6 +82,18 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
     if arguments.scenes.is_empty() && arguments.inputs == 0 {
         bail!("nothing to compare; name a scene, or ask for functions with --inputs N");
     }
+    let functions = KERNELS.iter();
+    let functions: Vec<&Kernel> = functions
+        .filter(|kernel| kernel.name.contains(&arguments.functions))
+        .collect();
+    if functions.is_empty() {
+        let names: Vec<&str> = KERNELS.iter().map(|kernel| kernel.name).collect();
+        bail!(
+            "--functions {}: no such function; there are {}",
+            arguments.functions,
+            names.join(", ")
+        );
+    }
     let bar = Bar::new();
     let mut tested = tested(arguments)?;
     let mut recorded = Recorded::new();
@@ -89,7 +110,7 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
         }
     }
     if arguments.inputs > 0 {
-        compare_kernels(arguments.inputs, &recorded, &mut tested, &bar)?;
+        compare_kernels(&functions, arguments.inputs, &recorded, &mut tested, &bar)?;
     }
     drop(bar);
 
@@ -173,8 +194,9 @@ fn compare_pictures(
     Ok(())
 }
 
-/// Compares each function on every adapter with every module.
+/// Compares each of `functions` on every adapter with every module.
 fn compare_kernels(
+    functions: &[&Kernel],
     inputs: u64,
     recorded: &Recorded,
     tested: &mut [Tested],
@@ -195,7 +217,7 @@ fn compare_kernels(
         for (&shaders, module) in shaders.iter().zip(&mut report.modules) {
             let kernels = shaders.kernels().map_err(Error::from)?;
             let mut runner = Runner::new(&device, &kernels).map_err(Error::from)?;
-            for kernel in KERNELS {
+            for kernel in functions {
                 let progress = |done: u64| {
                     bar.show(
                         format!("{}, {}", kernel.name, shaders.describe()),

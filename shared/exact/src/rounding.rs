@@ -8,7 +8,7 @@
 //! NaN or a denormal.
 //!
 //! ```
-//! use relievo_shared::rounding::Division;
+//! use relievo_exact::rounding::Division;
 //!
 //! let division = Division::new(1.0, 3.0);
 //! let (a, b) = division.mantissas();
@@ -16,17 +16,11 @@
 //! assert_eq!(division.rounded(estimate), 1.0 / 3.0);
 //! ```
 
+use crate::bits::{EXPONENT, IMPLICIT, LARGEST, MANTISSA, ONE, SIGN};
 use crate::native::native_div;
 
 /// Largest error of an estimate that is corrected, ULP.
 pub const LARGEST_ERROR: u32 = 8;
-
-const SIGN: u32 = 0x8000_0000;
-const EXPONENT: u32 = 0x7f80_0000;
-const MANTISSA: u32 = 0x007f_ffff;
-const IMPLICIT: u32 = 0x0080_0000;
-const ONE: u32 = 0x3f80_0000;
-const LARGEST: u32 = 0x7f7f_ffff;
 
 /// The operands of a division, which the device estimates without their exponents.
 #[derive(Clone, Copy, Debug)]
@@ -184,7 +178,7 @@ impl Root {
 #[allow(clippy::disallowed_methods)] // The standard library's operators are the reference.
 mod tests {
     use super::*;
-    use crate::shape_map::tests::Random;
+    use fastrand::Rng;
 
     /// `x` moved by `ulp` representable numbers.
     fn disturbed(x: f32, ulp: i32) -> f32 {
@@ -213,13 +207,13 @@ mod tests {
 
     /// Mantissas where rounding is decided by the last digits: all ones and
     /// all zeros from either end, one bit, and random ones.
-    fn mantissas(random: &mut Random) -> Vec<u32> {
+    fn mantissas(random: &mut Rng) -> Vec<u32> {
         let mut all = vec![0, MANTISSA, 0x2a_aaaa, 0x55_5555];
         for bit in 0..23 {
             let one = 1 << bit;
             all.extend([one, one - 1, MANTISSA ^ one, MANTISSA ^ (one - 1)]);
         }
-        all.extend((0..160).map(|_| random.whole(0, MANTISSA)));
+        all.extend((0..160).map(|_| random.u32(0..=MANTISSA)));
         all.sort_unstable();
         all.dedup();
         all
@@ -227,7 +221,7 @@ mod tests {
 
     #[test]
     fn quotients_of_every_class_of_mantissas_are_the_cpus() {
-        let mantissas = mantissas(&mut Random(3));
+        let mantissas = mantissas(&mut Rng::with_seed(3));
         assert!(mantissas.len() > 200);
         for &a in &mantissas {
             for &b in &mantissas {
@@ -244,10 +238,10 @@ mod tests {
     /// multiple of b is found by walking a few candidates around it.
     #[test]
     fn quotients_near_a_tie_are_the_cpus() {
-        let mut random = Random(4);
+        let mut random = Rng::with_seed(4);
         for _ in 0..200_000 {
-            let b = random.whole(IMPLICIT, 2 * IMPLICIT - 1) | 1;
-            let q = random.whole(IMPLICIT, 2 * IMPLICIT - 1);
+            let b = random.u32(IMPLICIT..=2 * IMPLICIT - 1) | 1;
+            let q = random.u32(IMPLICIT..=2 * IMPLICIT - 1);
             // a ≈ (q + ½) b / 2^23 or 2^24, whichever has 24 bits.
             let product = (2 * u64::from(q) + 1) * u64::from(b);
             let a = if product >> 24 < u64::from(2 * IMPLICIT) {
@@ -267,15 +261,15 @@ mod tests {
 
     #[test]
     fn quotients_of_any_exponents_and_signs_are_the_cpus() {
-        let mut random = Random(5);
+        let mut random = Rng::with_seed(5);
         let mut normal = 0;
         for _ in 0..4_000_000 {
-            let [a, b] = [(); 2].map(|_| f32::from_bits(random.next() as u32));
+            let [a, b] = [(); 2].map(|_| f32::from_bits(random.u32(..)));
             if !a.is_normal() || !b.is_normal() {
                 continue;
             }
             let expected = a / b;
-            let found = divide(a, b, random.whole(0, 16) as i32 - 8);
+            let found = divide(a, b, random.u32(0..=16) as i32 - 8);
             if expected.is_normal() && expected.abs() > f32::MIN_POSITIVE {
                 normal += 1;
                 assert_eq!(found.to_bits(), expected.to_bits(), "{a:e} / {b:e}");
@@ -321,11 +315,11 @@ mod tests {
 
     #[test]
     fn roots_of_any_exponent_are_the_cpus() {
-        let mut random = Random(6);
+        let mut random = Rng::with_seed(6);
         for _ in 0..4_000_000 {
-            let x = f32::from_bits(random.next() as u32 & !SIGN);
+            let x = f32::from_bits(random.u32(..) & !SIGN);
             if x.is_normal() {
-                let found = root(x, random.whole(0, 16) as i32 - 8);
+                let found = root(x, random.u32(0..=16) as i32 - 8);
                 assert_eq!(found.to_bits(), x.sqrt().to_bits(), "√{x:e}");
             }
         }
