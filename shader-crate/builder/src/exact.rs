@@ -3,68 +3,31 @@
 //! rust-gpu emits no `NoContraction`, and its own run of spirv-opt rewrites float
 //! operations. So this compiles without spirv-opt, decorates every float operation,
 //! optimises then, and checks that no undecorated or unknown operation is left.
+//!
+//! Division and square root are needed where they are corrected, and are wrong elsewhere.
+//! Which is which is decided by the lines of the module that rust-gpu writes: see
+//! [`sites`].
 
 use anyhow::{Result, bail};
 use spirv_tools::opt::{self, Optimizer};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
-use crate::words::{HEADER, Instruction, TARGET, instructions};
+use crate::allowed::{ARITHMETIC, DRIVER_SET, Operation};
+use crate::packages::Packages;
+use crate::refusal::Refusals;
+use crate::words::{HEADER, Instruction, TARGET, instructions, text};
+use crate::{panics, sites};
 
 mod op {
+    pub const EXT_INST_IMPORT: u32 = 11;
     pub const EXT_INST: u32 = 12;
     pub const TYPE_FLOAT: u32 = 22;
     pub const TYPE_VECTOR: u32 = 23;
     pub const DECORATE: u32 = 71;
-    pub const F_NEGATE: u32 = 127;
-    pub const F_ADD: u32 = 129;
-    pub const F_SUB: u32 = 131;
-    pub const F_MUL: u32 = 133;
-    pub const F_DIV: u32 = 136;
-    pub const VECTOR_TIMES_SCALAR: u32 = 142;
 }
 
 /// `SpvDecorationNoContraction`.
 const NO_CONTRACTION: u32 = 42;
-
-/// Float operations allowed in the exact module. Rounding of others (FRem, Dot, matrix
-/// products) differs between devices.
-const ARITHMETIC: [u32; 6] = [
-    op::F_NEGATE,
-    op::F_ADD,
-    op::F_SUB,
-    op::F_MUL,
-    op::F_DIV,
-    op::VECTOR_TIMES_SCALAR,
-];
-
-/// Extended instructions allowed in the exact module: Sqrt.
-const EXTENDED: [u32; 1] = [31];
-
-/// Opcodes allowed in the exact module beside [`ARITHMETIC`] and [`op::EXT_INST`]:
-/// structure, integers, comparisons, control flow, and conversions between i32 or u32
-/// and f32.
-const OTHER: &[u32] = &[
-    1, // Undef
-    3, 5, 6, // Source, Name, MemberName
-    10, 11, // Extension, ExtInstImport
-    14, 15, 16, 17, // MemoryModel, EntryPoint, ExecutionMode, Capability
-    19, 20, 21, 22, 23, 25, 28, 29, 30, 32, 33, // types
-    41, 42, 43, 44, 46, // constants
-    54, 55, 56, 57, 59, // functions and variables
-    61, 62, 65, 66, // Load, Store, AccessChain, InBoundsAccessChain
-    71, 72, // Decorate, MemberDecorate
-    79, 80, 81, 82,
-    83, // VectorShuffle, CompositeConstruct, CompositeExtract, CompositeInsert, CopyObject
-    95, // ImageFetch, of words
-    109, 110, 111, 112, // ConvertFToU, ConvertFToS, ConvertSToF, ConvertUToF
-    124, // Bitcast
-    126, 128, 130, 132, 134, 135, 137, 138, 139, // integer arithmetic
-    164, 165, 166, 167, 168, 169, // logic, Select
-    170, 171, 172, 173, 174, 175, 176, 177, 178, 179, // integer comparisons
-    180, 181, 182, 183, 184, 185, 186, 187, 188, 189, 190, 191, // float comparisons
-    194, 195, 196, 197, 198, 199, 200, // shifts and bits
-    245, 246, 247, 248, 249, 250, 251, 252, 253, 254, 255, // control flow
-];
 
 /// Returns the ids of the types whose components are floats.
 fn float_types(instructions: &[Instruction<'_>]) -> BTreeSet<u32> {
@@ -133,8 +96,9 @@ pub fn optimize(module: &[u32]) -> Result<Vec<u32>> {
     Ok(binary.as_words().to_vec())
 }
 
-/// Checks that every operation that rounds is decorated, and that every opcode is allowed.
-pub fn check(module: &[u32]) -> Result<()> {
+/// Checks that every operation that rounds is decorated. Returns the operations that are
+/// not allowed.
+pub fn check(module: &[u32]) -> Result<BTreeSet<Operation>> {
     let all = instructions(module)?;
     let decorated: BTreeSet<u32> = all
         .iter()
@@ -148,34 +112,48 @@ pub fn check(module: &[u32]) -> Result<()> {
     if bare > 0 {
         bail!("{bare} float operations are not decorated NoContraction");
     }
-    let mut unknown: BTreeMap<String, usize> = BTreeMap::new();
-    for instruction in &all {
-        let opcode = instruction.opcode;
-        let name = match opcode {
-            op::EXT_INST if EXTENDED.contains(&instruction.words[4]) => continue,
-            op::EXT_INST => format!("extended instruction {}", instruction.words[4]),
-            _ if ARITHMETIC.contains(&opcode) || OTHER.contains(&opcode) => continue,
-            _ => format!("opcode {opcode}"),
-        };
-        *unknown.entry(name).or_default() += 1;
+    for set in all.iter().filter(|i| i.opcode == op::EXT_INST_IMPORT) {
+        let name = text(&set.words[2..]);
+        if name != DRIVER_SET {
+            bail!("the set of instructions {name} is not on the list of the exact module");
+        }
     }
-    if !unknown.is_empty() {
-        bail!("not on the allow-list of the exact module: {unknown:?}");
-    }
-    Ok(())
+    Ok(all
+        .iter()
+        .map(Operation::of)
+        .filter(|operation| !operation.is_allowed())
+        .collect())
 }
 
-/// Makes the exact module from the output of rust-gpu without spirv-opt.
-pub fn make(unoptimized: &[u32]) -> Result<Vec<u32>> {
-    let module = optimize(&decorate(unoptimized)?)?;
-    check(&module)?;
+/// Makes the exact module of an entry point from the output of rust-gpu without
+/// spirv-opt, and adds what is not exact to `refusals`. The module is of no use if there
+/// is anything.
+pub fn make(
+    entry_point: &str,
+    unoptimized: &[u32],
+    packages: &Packages,
+    refusals: &mut Refusals,
+) -> Result<Vec<u32>> {
+    let mut found = Vec::new();
+    if panics::are_in(unoptimized)? {
+        let left = panics::of(&optimize(unoptimized)?)?;
+        found.extend(sites::of_panics(unoptimized, &left, packages)?);
+    }
+    let silent = panics::remove(unoptimized)?;
+    let module = optimize(&decorate(&silent)?)?;
+    let wrong = check(&module)?;
+    // Optimised modules have no debug information.
+    found.extend(sites::of_operations(&silent, &wrong, packages)?);
+    for (advice, site) in found {
+        refusals.add(entry_point, advice, site);
+    }
     Ok(module)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::words::tests::Words;
+    use crate::words::tests::{Words, literal};
 
     /// A module as words: `%f = OpFAdd`, `%m = OpFRem` as asked.
     fn module(operations: &[u32]) -> Vec<u32> {
@@ -191,17 +169,30 @@ mod tests {
 
     #[test]
     fn bare_arithmetic_is_refused_and_decorated_passes() {
-        let bare = module(&[op::F_ADD, op::F_MUL]);
+        let bare = module(&[129, 133]);
         let message = check(&bare).unwrap_err().to_string();
         assert!(message.contains("2 float operations"), "{message}");
-        check(&decorate(&bare).unwrap()).unwrap();
+        assert!(check(&decorate(&bare).unwrap()).unwrap().is_empty());
     }
 
     #[test]
-    fn unknown_opcodes_are_refused() {
-        let message = check(&decorate(&module(&[140])).unwrap())
-            .unwrap_err()
-            .to_string();
-        assert!(message.contains("opcode 140"), "{message}");
+    fn unknown_operations_are_found() {
+        let mut unknown = decorate(&module(&[140])).unwrap();
+        unknown.extend([3 << 16 | op::TYPE_FLOAT, 9, 64]);
+        assert_eq!(
+            check(&unknown).unwrap().into_iter().collect::<Vec<_>>(),
+            [Operation::Instruction(140), Operation::Float(64)]
+        );
+    }
+
+    #[test]
+    fn other_sets_of_instructions_are_refused() {
+        let mut words = Words(decorate(&module(&[])).unwrap());
+        words.put(
+            op::EXT_INST_IMPORT,
+            &[&[60], &literal("OpenCL.std")[..]].concat(),
+        );
+        let message = check(&words.0).unwrap_err().to_string();
+        assert!(message.contains("OpenCL.std"), "{message}");
     }
 }

@@ -8,24 +8,18 @@
 //! With `-- --check` it writes nothing, and fails if the committed files differ from the
 //! output.
 
-mod arms;
-mod exact;
-mod words;
-
 use anyhow::{Context, Result, bail};
+use relievo_shader_builder::compile::compile as compile_shaders;
+use relievo_shader_builder::rust_gpu::{RUST_GPU, TARGET, rustc_version};
+use relievo_shader_builder::shader_crate::{ShaderCrate, Variant};
 use relievo_shader_manifest::{
     MANIFEST_FILE, Manifest, Module, SHADER_FOLDER, Toolchain, digest, source_digests,
 };
-use spirv_builder::{SpirvBuilder, SpirvMetadata};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
 use std::path::{Path, PathBuf};
-use std::process::Command;
+use std::process::ExitCode;
 
-/// The nightly that rust-gpu 0.11.0 is a backend of; as in `rust-toolchain.toml`.
-const NIGHTLY: &str = "nightly-2026-08-15";
-const RUST_GPU: &str = "0.11.0";
-const TARGET: &str = "spirv-unknown-vulkan1.1";
 /// The crates, their folders, and the names of their modules.
 const CRATES: [Shaders; 2] = [
     Shaders {
@@ -48,7 +42,17 @@ struct Shaders {
     name: &'static str,
 }
 
-fn main() -> Result<()> {
+fn main() -> ExitCode {
+    match run() {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
+    }
+}
+
+fn run() -> Result<()> {
     let check = match std::env::args().skip(1).collect::<Vec<_>>().as_slice() {
         [] => false,
         [flag] if flag == "--check" => true,
@@ -96,17 +100,23 @@ fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     let mut files = BTreeMap::new();
     let mut modules = BTreeMap::new();
     let mut folders = BTreeMap::new();
+    // Beside the builder's own target folder: both are worth caching.
+    let target_folder = std::env::current_exe()?
+        .ancestors()
+        .nth(2)
+        .context("the program lies in a target folder")?
+        .join("spirv");
     for shaders in &CRATES {
+        let shader_crate = ShaderCrate {
+            folder: root.join(shaders.folder),
+            features: Vec::new(),
+            target_folder: target_folder.clone(),
+        };
         for variant in [Variant::Fast, Variant::Exact] {
             let folder = format!("{}_{}", shaders.name, variant.name());
-            for (entry_point, mut words) in run_rust_gpu(root, shaders, variant)? {
-                if let Variant::Exact = variant {
-                    words = exact::make(&words)
-                        .with_context(|| format!("the exact module of {entry_point}"))?;
-                }
-                let words = arms::remove_empty(&words)?;
-                words::validate(&words)
-                    .with_context(|| format!("the {} module of {entry_point}", variant.name()))?;
+            let compiled =
+                compile_shaders(&shader_crate, variant).with_context(|| shaders.folder)?;
+            for (entry_point, words) in compiled {
                 let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
                 let file = format!("{folder}/{entry_point}.spv");
                 modules.insert(
@@ -135,73 +145,6 @@ fn compile(root: &Path) -> Result<BTreeMap<String, Vec<u8>>> {
     Ok(files)
 }
 
-/// The two ways to compile a shader crate.
-#[derive(Clone, Copy)]
-enum Variant {
-    Fast,
-    Exact,
-}
-
-impl Variant {
-    fn name(self) -> &'static str {
-        match self {
-            Variant::Fast => "fast",
-            Variant::Exact => "exact",
-        }
-    }
-
-    /// Describes how it is made.
-    fn describe(self) -> &'static str {
-        match self {
-            // For any backend, through naga too.
-            Variant::Fast => "optimised freely by spirv-opt",
-            // Gives the CPU's words; passed to the driver untouched.
-            Variant::Exact => {
-                "division and square root corrected, every float operation NoContraction, then optimised; opcodes from an allow-list"
-            }
-        }
-    }
-}
-
-/// Compiles a shader crate; returns the words of one module for each entry point, since
-/// drivers read the whole module for every pipeline.
-fn run_rust_gpu(
-    root: &Path,
-    shaders: &Shaders,
-    variant: Variant,
-) -> Result<BTreeMap<String, Vec<u32>>> {
-    // Beside the builder's own target folder: both are worth caching.
-    let target_folder = std::env::current_exe()?
-        .ancestors()
-        .nth(2)
-        .context("the program lies in a target folder")?
-        .join("spirv")
-        .join(variant.name());
-    let mut spirv = SpirvBuilder::new(root.join(shaders.folder), TARGET)
-        .deny_warnings(true)
-        .multimodule(true)
-        .spirv_metadata(SpirvMetadata::None)
-        .target_dir_path(target_folder);
-    spirv.toolchain_overwrite = Some(NIGHTLY.to_string());
-    if let Variant::Exact = variant {
-        // The exact module is optimised after it is decorated.
-        spirv.extra_args = vec!["--no-spirv-opt".to_string()];
-        spirv = spirv.shader_crate_features(["corrected".to_string()]);
-    }
-    let result = spirv
-        .build()
-        .with_context(|| format!("rust-gpu did not compile {}", shaders.folder))?;
-    let mut modules = BTreeMap::new();
-    for (entry_point, path) in result.module.unwrap_multi() {
-        let words = std::fs::read(path)?
-            .chunks_exact(4)
-            .map(|word| u32::from_le_bytes([word[0], word[1], word[2], word[3]]))
-            .collect();
-        modules.insert(entry_point.clone(), words);
-    }
-    Ok(modules)
-}
-
 /// Removes the modules of entry points that no longer exist.
 fn remove_others(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<()> {
     let made: BTreeSet<PathBuf> = files.keys().map(|name| folder.join(name)).collect();
@@ -216,20 +159,6 @@ fn remove_others(folder: &Path, files: &BTreeMap<String, Vec<u8>>) -> Result<()>
         }
     }
     Ok(())
-}
-
-fn rustc_version() -> Result<String> {
-    let output = Command::new("rustc")
-        .arg(format!("+{NIGHTLY}"))
-        .arg("--version")
-        .output()
-        .context("cannot run rustc through rustup")?;
-    if !output.status.success() {
-        bail!(
-            "{NIGHTLY} is not installed: rustup toolchain install {NIGHTLY} --profile minimal -c rust-src -c rustc-dev -c llvm-tools"
-        );
-    }
-    Ok(String::from_utf8(output.stdout)?.trim().to_string())
 }
 
 /// Writes beside `path` and renames, so that readers never see a partial file.
