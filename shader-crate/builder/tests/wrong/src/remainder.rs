@@ -1,0 +1,9 @@
+//! The remainder of floats.
+
+use crate::Words;
+use spirv_std::spirv;
+
+#[spirv(compute(threads(1)))]
+pub fn remainder(#[spirv(storage_buffer, descriptor_set = 0, binding = 0)] words: &mut Words) {
+    words[3] = words[0] % words[1];
+}

@@ -1,0 +1,10 @@
+//! The driver's sine.
+
+use crate::Words;
+use spirv_std::num_traits::Float;
+use spirv_std::spirv;
+
+#[spirv(compute(threads(1)))]
+pub fn sine(#[spirv(storage_buffer, descriptor_set = 0, binding = 0)] words: &mut Words) {
+    words[3] = words[0].sin();
+}
