@@ -33,7 +33,7 @@ pub fn of_instruction(opcode: u32) -> Advice {
         Some(Op::FDiv) => (
             "`/` of floats",
             "a device may err by 2.5 ULP",
-            "relievo_exact::div(a, b), for each component of a vector",
+            "relievo_exact::div(a, b), for each component of a vector; a `const` for a quotient of literals",
         ),
         Some(Op::FRem | Op::FMod) => (
             "`%` of floats",
@@ -118,11 +118,11 @@ pub fn of_driver(number: u32) -> Advice {
     let (what, instead) = match op {
         Some(Gl::Sqrt) => (
             "the square root",
-            "relievo_exact::sqrt(x); relievo_exact::length(v) or normalize(v) of a vector",
+            "relievo_exact::sqrt(x); relievo_exact::length(v) or normalize_or(v, fallback) of a vector",
         ),
         Some(Gl::InverseSqrt) => ("the reciprocal square root", "relievo_exact::recip_sqrt(x)"),
         Some(Gl::Length | Gl::Distance) => ("the length", "relievo_exact::length(v)"),
-        Some(Gl::Normalize) => ("`normalize`", "relievo_exact::normalize(v)"),
+        Some(Gl::Normalize) => ("`normalize`", "relievo_exact::normalize_or(v, fallback)"),
         Some(Gl::Cross) => ("the cross product", "its three components, with * and -"),
         Some(Gl::Sin) => ("`sin`", "relievo_exact::sin(x)"),
         Some(Gl::Cos) => ("`cos`", "relievo_exact::cos(x)"),
@@ -142,16 +142,15 @@ pub fn of_driver(number: u32) -> Advice {
         Some(Gl::Round | Gl::RoundEven) => ("`round`", "relievo_exact::round(x)"),
         Some(Gl::Trunc) => ("`trunc`", "relievo_exact::trunc(x)"),
         Some(Gl::Floor) => ("`floor`", "relievo_exact::floor(x)"),
-        Some(Gl::Ceil) => ("`ceil`", "-relievo_exact::floor(-x)"),
+        Some(Gl::Ceil) => ("`ceil`", "relievo_exact::ceil(x)"),
         Some(Gl::Fract) => ("`fract`", "relievo_exact::fract(x)"),
-        Some(Gl::FAbs) => ("`abs`", "if x < 0.0 { -x } else { x }"),
+        Some(Gl::FAbs) => ("`abs`", "relievo_exact::abs(x)"),
         Some(Gl::FSign) => ("`signum`", "comparisons with 0.0"),
-        Some(Gl::FMin | Gl::NMin | Gl::UMin | Gl::SMin) => ("`min`", "if a < b { a } else { b }"),
-        Some(Gl::FMax | Gl::NMax | Gl::UMax | Gl::SMax) => ("`max`", "if a > b { a } else { b }"),
-        Some(Gl::FClamp | Gl::NClamp | Gl::UClamp | Gl::SClamp) => (
-            "`clamp`",
-            "if x < low { low } else if x > high { high } else { x }",
-        ),
+        Some(Gl::FMin | Gl::NMin | Gl::UMin | Gl::SMin) => ("`min`", "relievo_exact::min(a, b)"),
+        Some(Gl::FMax | Gl::NMax | Gl::UMax | Gl::SMax) => ("`max`", "relievo_exact::max(a, b)"),
+        Some(Gl::FClamp | Gl::NClamp | Gl::UClamp | Gl::SClamp) => {
+            ("`clamp`", "relievo_exact::clamp(x, low, high)")
+        }
         Some(Gl::FMix) => ("`mix`", "a + (b - a) * t"),
         Some(Gl::Fma) => (
             "`mul_add`",
@@ -200,7 +199,7 @@ pub fn of_panic(message: &str) -> Advice {
     } else if message.starts_with("min > max") {
         (
             "`clamp`, which panics if low > high",
-            "if x < low { low } else if x > high { high } else { x }",
+            "relievo_exact::clamp(x, low, high)",
         )
     } else if message.contains("::unwrap()") {
         (

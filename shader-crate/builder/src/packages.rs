@@ -6,10 +6,9 @@ use std::path::{Path, PathBuf};
 
 /// Files that may contain the device's division and square root: packages, and the file
 /// beside the package's `lib.rs`.
-const NATIVE: [(&str, &str); 3] = [
+const NATIVE: [(&str, &str); 2] = [
     // Their results are corrected.
     ("relievo-exact", "native.rs"),
-    ("relievo-shared", "native.rs"),
     // They are measured before a device is trusted.
     ("relievo-kernel", "canary.rs"),
 ];

@@ -15,10 +15,6 @@ use std::collections::{BTreeMap, BTreeSet};
 const FUNCTION: u32 = 54;
 /// `OpTypeFloat`.
 const TYPE_FLOAT: u32 = 22;
-/// `OpConstant` and `OpConstantComposite`.
-const CONSTANTS: [u32; 2] = [43, 44];
-/// `OpFDiv`.
-const F_DIV: u32 = 136;
 
 /// A module and what its lines say.
 struct Lines<'a> {
@@ -144,21 +140,13 @@ pub fn of_operations(
 ) -> Result<Vec<(Advice, Site)>> {
     let lines = Lines::read(module, packages)?;
     let native = lines.native();
-    let constants: BTreeSet<u32> = lines
-        .all
-        .iter()
-        .filter(|instruction| CONSTANTS.contains(&instruction.opcode))
-        .map(|instruction| instruction.words[2])
-        .collect();
     let mut found = Vec::new();
     let mut seen = BTreeSet::new();
     for (index, instruction) in lines.all.iter().enumerate() {
         let operation = Operation::of(instruction);
         let outside = || lines.positions[index].is_none_or(|p| !native.contains(&p.file));
         let is_stray = || operation.is_corrected() && outside();
-        if wrong.contains(&operation)
-            || is_stray() && !is_quotient_of_constants(instruction, &constants)
-        {
+        if wrong.contains(&operation) || is_stray() {
             seen.insert(operation);
             // A type has no line; its first use has.
             let index = if instruction.opcode == TYPE_FLOAT {
@@ -174,16 +162,6 @@ pub fn of_operations(
         found.push((advice(operation), Site::default()));
     }
     Ok(found)
-}
-
-/// Returns whether an instruction divides one constant by another, as in `x * (1.0 / 3.0)`.
-/// rust-gpu and spirv-opt leave it to the driver, whose compiler is trusted to compute it as
-/// the CPU does.
-fn is_quotient_of_constants(instruction: &Instruction<'_>, constants: &BTreeSet<u32>) -> bool {
-    instruction.opcode == F_DIV
-        && instruction.words[3..]
-            .iter()
-            .all(|id| constants.contains(id))
 }
 
 /// Returns the first instruction with a line whose result has this type.
@@ -242,11 +220,15 @@ mod tests {
     use crate::words::tests::{Words, literal};
 
     const DRIVER: u32 = 12;
+    const F_DIV: u32 = 136;
 
     /// A module of divisions and roots, each with the file of its line; 0 is none.
     fn module(operations: &[(u32, u32)]) -> Vec<u32> {
         let mut words = Words::new();
-        words.put(7, &[&[1], &literal("shared/src/native.rs")[..]].concat());
+        words.put(
+            7,
+            &[&[1], &literal("shared/exact/src/native.rs")[..]].concat(),
+        );
         words.put(7, &[&[2], &literal("src/native.rs")[..]].concat());
         words.put(TYPE_FLOAT, &[3, 32]);
         words.put(FUNCTION, &[4, 5, 0, 6]);
@@ -266,7 +248,7 @@ mod tests {
     }
 
     fn refused(operations: &[(u32, u32)]) -> Vec<Option<String>> {
-        let packages = Packages::with_native("shared/src/native.rs");
+        let packages = Packages::with_native("shared/exact/src/native.rs");
         of_operations(&module(operations), &BTreeSet::new(), &packages)
             .unwrap()
             .into_iter()
@@ -293,27 +275,8 @@ mod tests {
     }
 
     #[test]
-    fn quotients_of_constants_are_allowed() {
-        let packages = Packages::with_native("shared/src/native.rs");
-        let refused = |operands: [u32; 2]| {
-            let mut words = Words::new();
-            words.put(TYPE_FLOAT, &[3, 32]);
-            words.put(43, &[3, 20, 0x3f80_0000]);
-            words.put(43, &[3, 21, 0x4040_0000]);
-            words.put(FUNCTION, &[4, 5, 0, 6]);
-            words.put(F_DIV, &[3, 8, operands[0], operands[1]]);
-            of_operations(&words.0, &BTreeSet::new(), &packages)
-                .unwrap()
-                .len()
-        };
-        assert_eq!(refused([20, 21]), 0);
-        assert_eq!(refused([20, 8]), 1);
-        assert_eq!(refused([8, 21]), 1);
-    }
-
-    #[test]
     fn what_the_optimiser_made_is_refused_without_a_place() {
-        let packages = Packages::with_native("shared/src/native.rs");
+        let packages = Packages::with_native("shared/exact/src/native.rs");
         let wrong = BTreeSet::from([Operation::Instruction(148)]);
         let found = of_operations(&module(&[]), &wrong, &packages).unwrap();
         assert_eq!(found.len(), 1);

@@ -13,6 +13,7 @@ programs! {
     array "array"
     buffer "buffer"
     clamp "clamp"
+    constants "constants"
     division "division"
     division_of_vectors "division_of_vectors"
     double "double"

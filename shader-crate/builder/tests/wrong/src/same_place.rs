@@ -1,12 +1,12 @@
 //! A division that has the line and the column of a correct one.
 
 use crate::Words;
-use relievo_shared::arithmetic;
+use relievo_exact as exact;
 use spirv_std::spirv;
 
 macro_rules! both {
     ($a:expr, $b:expr) => {
-        arithmetic::div($a, $b) / $b
+        exact::div($a, $b) / $b
     };
 }
 
