@@ -27,32 +27,21 @@
 //! }
 //! ```
 //!
-//! **2. Make a compute shader of each**, in the crate that rust-gpu compiles, with
-//! storage buffers as sources and sinks of words:
+//! **2. Make a compute shader of each**, in the crate that rust-gpu compiles; it depends on
+//! `spirv-std`, and on `relievo-kernel` with the feature `spirv`:
 //!
 //! ```ignore
-//! use relievo_kernel::{Sink, Source, entry_points};
-//! use spirv_std::{glam::{UVec3, Vec3}, spirv};
+//! #![cfg_attr(target_arch = "spirv", no_std)]
+//! use my_shared::for_each_kernel;
+//! use relievo_kernel::entry_points;
 //!
-//! struct Input<'a> { words: &'a [u32], at: u32 }
-//! impl Source for Input<'_> {
-//!     fn next(&mut self) -> u32 {
-//!         self.at += 1;
-//!         self.words[self.at as usize - 1]
-//!     }
-//! }
-//! struct Output<'a> { words: &'a mut [u32], at: u32 }
-//! impl Sink for Output<'_> {
-//!     fn put(&mut self, word: u32) {
-//!         self.words[self.at as usize] = word;
-//!         self.at += 1;
-//!     }
-//! }
-//! my_shared::for_each_kernel!(entry_points);
+//! for_each_kernel!(entry_points);
 //! ```
 //!
 //! Decorate every float operation of the module with NoContraction, since drivers
-//! fuse a·b + c otherwise, and check the module with spirv-val.
+//! fuse a·b + c otherwise, and check the module with spirv-val. For division, roots,
+//! powers, exponential and trigonometric functions call those of `relievo-exact`, with
+//! its feature `corrected` in the exact module: devices round their own differently.
 //!
 //! **3. Compare** in a test, on every adapter. Use `Module::untouched`, since naga
 //! ([`Module::portable`]) drops NoContraction.

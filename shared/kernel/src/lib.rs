@@ -25,12 +25,16 @@
 //! a result implements [`ToWords`].
 //!
 //! In the shader crate, `for_each_kernel!(entry_points);` makes a compute shader of each
-//! function. In tests, `for_each_kernel!(table)` is the list of the same functions for
+//! function (feature `spirv`). In tests, `for_each_kernel!(table)` is the list of the same functions for
 //! the CPU, with their arguments. `relievo-bitwise` generates arguments, runs both and
 //! counts the words that differ. Arguments and results are u32 words in storage buffers,
 //! so that nothing is rounded, filtered or interpolated on the way.
 #![no_std]
-#![forbid(unsafe_code)]
+// Only buffers of shaders are read without a check.
+#![cfg_attr(not(feature = "spirv"), forbid(unsafe_code))]
+
+#[cfg(feature = "spirv")]
+pub mod buffers;
 
 use glam::{IVec2, IVec3, IVec4, Mat2, Mat3, Mat4, UVec2, UVec3, UVec4, Vec2, Vec3, Vec4};
 
@@ -309,26 +313,31 @@ macro_rules! table {
     };
 }
 
-/// Makes a compute shader of each kernel of a list. The caller has rust-gpu's `spirv` and
-/// `UVec3` in scope, and `Input` and `Output`: storage buffers with an offset as
-/// [`Source`] and [`Sink`].
+/// Makes a compute shader of each kernel of a list. The crate depends on `spirv-std`, and
+/// on this crate with the feature `spirv`.
 #[macro_export]
 macro_rules! entry_points {
     ($($(#[$doc:meta])* $name:ident($($value:ty: $domain:expr),* $(,)?) -> $result:ty = $function:expr;)*) => {
         $(
             #[doc = concat!("Runs `", stringify!($function), "` on input number x.")]
-            #[spirv(compute(threads(64)))]
+            #[spirv_std::spirv(compute(threads(64)))]
             pub fn $name(
-                #[spirv(global_invocation_id)] id: UVec3,
+                #[spirv(global_invocation_id)] id: spirv_std::glam::UVec3,
                 #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] inputs: &[u32],
                 #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] outputs: &mut [u32],
             ) {
                 const INPUT: u32 = 0 $(+ <$value as $crate::FromWords>::WORDS)*;
                 const OUTPUT: u32 = <$result as $crate::ToWords>::WORDS;
-                let mut source = Input { words: inputs, at: id.x * INPUT };
+                // SAFETY: the runner binds the words of all invocations.
+                let (mut source, mut sink) = unsafe {
+                    (
+                        $crate::buffers::Input::new(inputs, id.x * INPUT),
+                        $crate::buffers::Output::new(outputs, id.x * OUTPUT),
+                    )
+                };
                 let result: $result =
                     $function($(<$value as $crate::FromWords>::read(&mut source)),*);
-                $crate::ToWords::write(result, &mut Output { words: outputs, at: id.x * OUTPUT });
+                $crate::ToWords::write(result, &mut sink);
             }
         )*
     };
