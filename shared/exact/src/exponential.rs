@@ -4,21 +4,22 @@ use crate::basic::{abs, div};
 use crate::bits::{MANTISSA, finite, nearest, scaled};
 use crate::pair::{fast_two_sum, product, two_product, two_sum};
 
-const LOG2_E: (f32, f32) = (1.442_695, 1.925_963e-8);
+/// log₂ e.
+const LOG2_E: (f32, f32) = (core::f32::consts::LOG2_E, 1.925_963e-8);
 /// ln 2, of which the first part has 15 digits: products with exponents are exact.
 const LN_2: (f32, f32) = (0.693_145_75, 1.428_606_8e-6);
 
 /// Returns 2ʳ, |r| ≤ ½, as a sum of two numbers, of which the second is less than 0.1.
 #[inline]
 fn exp2_pair(r: f32) -> (f32, f32) {
-    const FIRST: f32 = 0.693_147_2;
-    const FIRST_LOW: f32 = -1.904_654_2e-9;
+    /// ln 2.
+    const FIRST: (f32, f32) = (core::f32::consts::LN_2, -1.904_654_2e-9);
     let tail = 0.240_226_5
         + r * (0.055_504_11
             + r * (0.009_618_083
                 + r * (0.001_333_352_2 + r * (1.545_316_3e-4 + r * 1.529_094_9e-5))));
-    let (high, low) = fast_two_sum(1.0, r * FIRST);
-    (high, low + (r * r * tail + r * FIRST_LOW))
+    let (high, low) = fast_two_sum(1.0, r * FIRST.0);
+    (high, low + (r * r * tail + r * FIRST.1))
 }
 
 /// Returns 2ˣ; 0 if that is less than the smallest normal number, `f32::MAX` if it is too
@@ -194,7 +195,7 @@ pub fn pow(x: f32, y: f32) -> f32 {
     }
     let (power, power_low) = exp2_pair(high - n);
     // The low part stands for a factor of 1 + low ln 2.
-    let factor = low * 0.693_147_2;
+    let factor = low * core::f32::consts::LN_2;
     scaled(power + (power_low + factor * (power + power_low)), n as i32)
 }
 

@@ -7,7 +7,7 @@ use crate::basic::{abs, div};
 use crate::bits::{IMPLICIT, MANTISSA, finite, with_sign};
 use crate::pair::{fast_two_sum, product, two_product};
 
-/// The digits of 2/π after the point, 32 each, after those that are 0 for every f32.
+/// The digits of 2/π: 32 before the point, which are 0, and 192 after it.
 const TWO_OVER_PI: [u32; 7] = [
     0,
     0xa2f9_836e,
@@ -18,8 +18,8 @@ const TWO_OVER_PI: [u32; 7] = [
     0x3c43_9041,
 ];
 
-const QUARTER_PI: f32 = 0.785_398_2;
-const HALF_PI: (f32, f32) = (1.570_796_4, -4.371_139e-8);
+/// π/2.
+const HALF_PI: (f32, f32) = (core::f32::consts::FRAC_PI_2, -4.371_139e-8);
 
 /// An angle: `quarters` · π/2 + `high` + `low`.
 struct Reduced {
@@ -80,7 +80,7 @@ fn digits(start: u32) -> (u32, u32, u32) {
 #[inline]
 fn reduce(x: f32) -> Reduced {
     let magnitude = abs(x);
-    if magnitude < QUARTER_PI {
+    if magnitude < core::f32::consts::FRAC_PI_4 {
         return Reduced {
             quarters: 0,
             high: magnitude,
