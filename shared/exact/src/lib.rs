@@ -39,7 +39,7 @@
 //! `cross`. Not `/`, `%`, `mul_add`, nor glam's `length`, `normalize` and `lerp`.
 #![cfg_attr(not(test), no_std)]
 #![forbid(unsafe_code)]
-// `x as i32 as f32` and the like are the operations that devices have.
+// Powers of two are written in full.
 #![allow(clippy::excessive_precision)]
 
 mod basic;

@@ -15,7 +15,6 @@ use relievo::verify::kernels::{KERNELS, record};
 use relievo::verify::matrix::for_each_variant;
 use relievo::verify::{AdapterReport, ModuleReport, Report, compare};
 use relievo_bitwise::{Plan, Recorded, Runner, compare_kernel};
-use relievo_kernel::Kernel;
 use std::path::PathBuf;
 
 /// Compiled shaders.
@@ -82,12 +81,8 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
     if arguments.scenes.is_empty() && arguments.inputs == 0 {
         bail!("nothing to compare; name a scene, or ask for functions with --inputs N");
     }
-    let functions = KERNELS.iter();
-    let functions: Vec<&Kernel> = functions
-        .filter(|kernel| kernel.name.contains(&arguments.functions))
-        .collect();
-    if functions.is_empty() {
-        let names: Vec<&str> = KERNELS.iter().map(|kernel| kernel.name).collect();
+    let names: Vec<&str> = KERNELS.iter().map(|kernel| kernel.name).collect();
+    if !names.iter().any(|name| name.contains(&arguments.functions)) {
         bail!(
             "--functions {}: no such function; there are {}",
             arguments.functions,
@@ -110,7 +105,7 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
         }
     }
     if arguments.inputs > 0 {
-        compare_kernels(&functions, arguments.inputs, &recorded, &mut tested, &bar)?;
+        compare_kernels(arguments, &recorded, &mut tested, &bar)?;
     }
     drop(bar);
 
@@ -194,14 +189,14 @@ fn compare_pictures(
     Ok(())
 }
 
-/// Compares each of `functions` on every adapter with every module.
+/// Compares each requested function on every adapter with every module.
 fn compare_kernels(
-    functions: &[&Kernel],
-    inputs: u64,
+    arguments: &VerifyArguments,
     recorded: &Recorded,
     tested: &mut [Tested],
     bar: &Bar,
 ) -> anyhow::Result<()> {
+    let inputs = arguments.inputs;
     let plan = Plan {
         inputs,
         seed: SEED,
@@ -217,7 +212,10 @@ fn compare_kernels(
         for (&shaders, module) in shaders.iter().zip(&mut report.modules) {
             let kernels = shaders.kernels().map_err(Error::from)?;
             let mut runner = Runner::new(&device, &kernels).map_err(Error::from)?;
-            for kernel in functions {
+            for kernel in KERNELS {
+                if !kernel.name.contains(&arguments.functions) {
+                    continue;
+                }
                 let progress = |done: u64| {
                     bar.show(
                         format!("{}, {}", kernel.name, shaders.describe()),
