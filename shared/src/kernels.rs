@@ -10,7 +10,7 @@
 //! use relievo_shared::{arithmetic, for_each_kernel, kernels};
 //!
 //! const KERNELS: &[Kernel] = for_each_kernel!(table);
-//! assert_eq!(KERNELS[0].name, "divide");
+//! assert_eq!(KERNELS[0].name, "exact_div");
 //! ```
 
 mod noise;
