@@ -64,6 +64,16 @@ fn saturate(quotient: f32, _: f32, _: f32) -> f32 {
     quotient
 }
 
+/// Returns the quotient of two pairs as a pair. The low parts are less than half a unit of
+/// the high ones.
+#[inline]
+pub(crate) fn quotient((a, a_low): (f32, f32), (b, b_low): (f32, f32)) -> (f32, f32) {
+    let high = div(a, b);
+    let (back, back_low) = two_product(high, b);
+    let rest = ((a - back) - back_low) + (a_low - high * b_low);
+    (high, div(rest, b))
+}
+
 /// Returns the square root of `x`, rounded to nearest; 0 for a negative `x`.
 ///
 /// ```

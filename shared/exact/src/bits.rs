@@ -45,10 +45,10 @@ pub(crate) fn scaled(x: f32, n: i32) -> f32 {
     }
 }
 
-/// Returns `magnitude` with the sign of `sign`.
+/// Returns `x`, or −`x` if `sign` is negative.
 #[inline]
-pub(crate) fn with_sign(magnitude: f32, sign: f32) -> f32 {
-    if sign < 0.0 { -magnitude } else { magnitude }
+pub(crate) fn with_sign(x: f32, sign: f32) -> f32 {
+    if sign < 0.0 { -x } else { x }
 }
 
 /// Returns the nearest whole number of `x`, |x| < 2²²; halves are rounded to even.

@@ -1,6 +1,6 @@
 //! Exponential functions, logarithms and powers.
 
-use crate::basic::{abs, div};
+use crate::basic::{abs, quotient};
 use crate::bits::{MANTISSA, finite, nearest, scaled};
 use crate::pair::{fast_two_sum, product, two_product, two_sum};
 
@@ -145,11 +145,7 @@ pub fn log2(x: f32) -> f32 {
 fn log2_pair(x: f32) -> (f32, f32) {
     let (e, f) = split(x);
     // ln (1 + f) = 2 artanh s, s = f / (2 + f).
-    let (under, under_low) = fast_two_sum(2.0, f);
-    let s = div(f, under);
-    let (p, p_low) = two_product(s, under);
-    let s_low = div(((f - p) - p_low) - s * under_low, under);
-    let s = (s, s_low);
+    let s = quotient((f, 0.0), fast_two_sum(2.0, f));
     let z = product(s, s);
     // 2 artanh s = 2 s + s z (2/3 + 2/5 z + …).
     let tail = z.0 * (0.4 + z.0 * (0.285_715_3 + z.0 * (0.222_047_63 + z.0 * 0.191_204_49)));

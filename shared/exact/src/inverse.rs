@@ -1,6 +1,6 @@
 //! Inverse trigonometric functions.
 
-use crate::basic::{abs, div, max, min, sqrt};
+use crate::basic::{abs, div, max, min, quotient, sqrt};
 use crate::bits::{finite, with_sign};
 use crate::pair::{two_product, two_sum};
 
@@ -88,28 +88,20 @@ pub fn acos(x: f32) -> f32 {
 fn atan_of(over: f32, under: f32) -> (f32, f32, f32) {
     /// tan (π/8): from here on π/4 is subtracted.
     const TURN: f32 = 0.414_213_57;
-    let quotient = div(over, under);
+    let ratio = div(over, under);
     // A small quotient is the angle.
-    if quotient < 1e-6 {
-        return (0.0, quotient, 0.0);
+    if ratio < 1e-6 {
+        return (0.0, ratio, 0.0);
     }
     // The same quotient of moderate numbers.
     let (over, under) = normal_quotient(over, under);
-    let is_turned = quotient > TURN;
-    let (a, a_low) = if is_turned {
-        two_sum(over, -under)
+    let is_turned = ratio > TURN;
+    let (a, b) = if is_turned {
+        (two_sum(over, -under), two_sum(over, under))
     } else {
-        (over, 0.0)
+        ((over, 0.0), (under, 0.0))
     };
-    let (b, b_low) = if is_turned {
-        two_sum(over, under)
-    } else {
-        (under, 0.0)
-    };
-    let u = div(a, b);
-    let (back, back_low) = two_product(u, b);
-    let rest = ((a - back) - back_low) + (a_low - u * b_low);
-    let u_low = div(rest, b);
+    let (u, u_low) = quotient(a, b);
     let z = u * u;
     let tail = -0.333_333_34
         + z * (0.2

@@ -17,7 +17,7 @@
 //!
 //! | functions | error, ULP |
 //! |---|---|
-//! | [`div`], [`sqrt`], [`trunc`], [`floor`], [`ceil`], [`round`] | ½: rounded correctly |
+//! | [`div`], [`sqrt`], [`trunc`], [`floor`], [`ceil`], [`round`], [`fract`] | ½: rounded correctly |
 //! | [`recip_sqrt`], [`exp`], [`exp2`], [`log`], [`log2`], [`sin`], [`cos`], [`tan`], [`asin`], [`acos`], [`atan`] | at most 1 |
 //! | [`atan2`], [`pow`] | at most 2 |
 //!

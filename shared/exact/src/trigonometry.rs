@@ -3,7 +3,7 @@
 //! The angle is reduced to −π/4…π/4 and a number of quarter turns in whole numbers, with
 //! as many digits of 2/π as it takes: exact for every f32, in radians.
 
-use crate::basic::{abs, div};
+use crate::basic::{abs, quotient};
 use crate::bits::{IMPLICIT, MANTISSA, finite, with_sign};
 use crate::pair::{fast_two_sum, product, two_product};
 
@@ -100,11 +100,12 @@ fn reduce(x: f32) -> Reduced {
         .wrapping_mul(first)
         .wrapping_add(carry_high)
         .wrapping_add(carry);
-    // The upper two digits count quarters; the others are a fraction, less a half.
+    // The upper two digits count quarters. The nearest number of them leaves a fraction in
+    // −½…½.
     let quarters = high.wrapping_add(1 << 29) >> 30;
     let signed = high.wrapping_sub(quarters << 30);
     let negative = (signed >> 31) != 0;
-    // The magnitude of the fraction: 2⁻⁶².
+    // The magnitude of the fraction, in units of 2⁻⁶².
     let (high, low) = if negative {
         let borrow = if low == 0 { 1 } else { 0 };
         ((!signed).wrapping_add(borrow), low.wrapping_neg())
@@ -159,7 +160,7 @@ pub fn sin(x: f32) -> f32 {
         sine(angle.high, angle.low)
     };
     let sine = if angle.quarters & 2 != 0 { -high } else { high };
-    with_sign(1.0, x) * sine
+    with_sign(sine, x)
 }
 
 /// Returns the cosine of `x`, radians.
@@ -204,11 +205,9 @@ pub fn tan(x: f32) -> f32 {
     } else {
         (sine, cosine)
     };
-    let quotient = div(over.0, under.0);
-    let (back, back_low) = two_product(quotient, under.0);
-    let rest = ((over.0 - back) - back_low) + (over.1 - quotient * under.1);
-    let tangent = quotient + div(rest, under.0);
-    with_sign(1.0, x) * if is_odd { -tangent } else { tangent }
+    let (high, low) = quotient(over, under);
+    let tangent = high + low;
+    with_sign(if is_odd { -tangent } else { tangent }, x)
 }
 
 #[cfg(test)]
