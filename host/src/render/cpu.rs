@@ -175,7 +175,7 @@ impl<'a> CpuRenderer<'a> {
             direction,
             words: OnceCell::new(),
         };
-        let visit = |nearest: &mut Option<Nearest<'a>>, order: [u32; 2]| {
+        let consider = |nearest: &mut Option<Nearest<'a>>, order: [u32; 2]| {
             let object = &self.scene.objects[order[0] as usize];
             let best = nearest
                 .as_ref()
@@ -202,10 +202,10 @@ impl<'a> CpuRenderer<'a> {
             }
         };
         for &order in &self.around_eye {
-            visit(&mut nearest, order);
+            consider(&mut nearest, order);
         }
         self.visit(frame, direction, self.early, |order| {
-            visit(&mut nearest, order);
+            consider(&mut nearest, order);
             nearest.as_ref().map(|nearest| nearest.found.hit().t)
         });
         nearest
@@ -335,7 +335,8 @@ fn earliest_entry(scene: &PreparedScene) -> f32 {
         if !object.has_prisms() {
             return f32::INFINITY;
         }
-        // Rays may enter up to 0.01, in weights, beyond the sides.
+        // Rays may enter up to 0.01, in weights, beyond the sides: well below a tenth of the
+        // radius.
         let radii = object.prisms.iter().map(|prism| 0.1 * prism.radius);
         radii.fold(0.0, f32::max)
     });
