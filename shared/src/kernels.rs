@@ -42,17 +42,10 @@ use crate::walk::{self, Field, PrismList};
 pub use crate::{Vec2, Vec3};
 pub use glam::{Mat3, Mat4, Vec4};
 use noise::{FloatNoise, Noise, noise_object};
+pub use relievo_kernel::domain::{ANY, FRACTION, NUMBER};
 use relievo_kernel::{Domain, Kind};
 pub use words::PathWords;
 
-/// Numbers of the value contract: 0 and magnitudes in 2⁻⁶⁰…2⁶⁰.
-pub const NUMBER: Domain = Domain::new(
-    "number",
-    Kind::Magnitude {
-        low: crate::arithmetic::SMALLEST,
-        high: 1.152_921_5e18,
-    },
-);
 /// Numbers of the value contract but 0.
 pub const DIVISOR: Domain = Domain::new(
     "number",
@@ -62,45 +55,32 @@ pub const DIVISOR: Domain = Domain::new(
     },
 );
 
-const fn range(name: &'static str, low: f32, high: f32) -> Domain {
-    Domain::new(name, Kind::Range { low, high })
-}
-
-const fn integer(name: &'static str, low: u32, high: u32) -> Domain {
-    Domain::new(name, Kind::Integer { low, high })
-}
-
 /// Positions, object units.
-pub const POSITION: Domain = range("position", -8.0, 8.0);
+pub const POSITION: Domain = Domain::range("position", -8.0, 8.0);
 /// Unit vectors.
 pub const DIRECTION: Domain = Domain::new("direction", Kind::UnitVector);
 /// Distances along a ray, object units.
-pub const DISTANCE: Domain = range("distance", 0.0, 64.0);
+pub const DISTANCE: Domain = Domain::range("distance", 0.0, 64.0);
 /// Texture coordinates, repeats.
-pub const UV: Domain = range("uv", -4.0, 4.0);
+pub const UV: Domain = Domain::range("uv", -4.0, 4.0);
 /// Gradients of texture coordinates, repeats per object unit.
-pub const GRADIENT: Domain = range("gradient", -16.0, 16.0);
+pub const GRADIENT: Domain = Domain::range("gradient", -16.0, 16.0);
 /// Coefficients of a quadric, 1 / object units.
-pub const CURVATURE: Domain = range("curvature", -4.0, 4.0);
+pub const CURVATURE: Domain = Domain::range("curvature", -4.0, 4.0);
 /// Depth of the shell, object units.
-pub const DEPTH: Domain = range("depth", 0.0078125, 2.0);
+pub const DEPTH: Domain = Domain::range("depth", 0.0078125, 2.0);
 /// Depth of the facet below the surface, object units.
-pub const FACET_DEPTH: Domain = range("facet depth", -0.25, 0.25);
-/// Fractions: barycentrics, depth fractions, colours, chamfers.
-pub const FRACTION: Domain = range("fraction", 0.0, 1.0);
+pub const FACET_DEPTH: Domain = Domain::range("facet depth", -0.25, 0.25);
 /// Extensions and bevels, width units.
-pub const WIDTH: Domain = range("width", 0.0, 0.5);
+pub const WIDTH: Domain = Domain::range("width", 0.0, 0.5);
 /// Distances in a map, texels.
-pub const TEXELS: Domain = range("texels", -16.0, 64.0);
+pub const TEXELS: Domain = Domain::range("texels", -16.0, 64.0);
 /// Exponents of highlights.
-pub const EXPONENT: Domain = integer("exponent", 0, 127);
+pub const EXPONENT: Domain = Domain::integer("exponent", 0, 127);
 /// Pixel coordinates.
-pub const PIXEL: Domain = integer("pixel", 0, 16_383);
+pub const PIXEL: Domain = Domain::integer("pixel", 0, 16_383);
 /// Numbers for noise, formats and other choices.
-pub const CHOICE: Domain = integer("choice", 0, u32::MAX);
-
-/// Any f32: infinities, NaN and denormal numbers, too.
-pub const ANY: Domain = Domain::new("any", Kind::Bits);
+pub const CHOICE: Domain = Domain::integer("choice", 0, u32::MAX);
 
 pub use relievo_exact as exact;
 

@@ -88,6 +88,20 @@ impl Module {
         self.files.iter().flat_map(|file| &file.entry_points)
     }
 
+    /// Returns the entry point of a name: of this name, or else the only one whose path
+    /// ends in it, as `noise::hash` in `hash`.
+    pub fn entry_point(&self, name: &str) -> Option<&EntryPoint> {
+        if let Some(exact) = self.entry_points().find(|found| found.name == name) {
+            return Some(exact);
+        }
+        let ends = |found: &&EntryPoint| {
+            let path = found.name.strip_suffix(name);
+            path.is_some_and(|path| path.ends_with("::"))
+        };
+        let mut found = self.entry_points().filter(ends);
+        found.next().filter(|_| found.next().is_none())
+    }
+
     /// Counts the instructions in the functions of the file with an entry point;
     /// `None` if there is no such entry point.
     pub fn instructions(&self, entry_point: &str) -> Option<usize> {
@@ -122,6 +136,7 @@ impl Module {
     }
 
     fn file(&self, entry_point: &str) -> Option<&File> {
+        let entry_point = self.entry_point(entry_point)?.name.as_str();
         let has = |file: &&File| file.entry_points.iter().any(|has| has.name == entry_point);
         self.files.iter().find(has)
     }

@@ -288,13 +288,9 @@ impl Runner {
             kernel: name,
             message,
         };
-        let entry_point = self
-            .module
-            .entry_points()
-            .find(|entry_point| entry_point.name == name)
-            .ok_or_else(|| {
-                refused("the module has no such entry point; compile it again".to_string())
-            })?;
+        let entry_point = self.module.entry_point(name).ok_or_else(|| {
+            refused("the module has no such entry point; compile it again".to_string())
+        })?;
         if entry_point.workgroup != Some([WORKGROUP, 1, 1]) {
             return Err(refused(format!(
                 "its entry point's workgroup is {:?}; make it #[spirv(compute(threads({WORKGROUP})))]",
@@ -307,7 +303,7 @@ impl Runner {
                 label: Some(name),
                 layout: Some(&self.layout),
                 module: &shader,
-                entry_point: Some(name),
+                entry_point: Some(&entry_point.name),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 cache: None,
             };
@@ -372,7 +368,7 @@ impl Pending<'_> {
 mod tests {
     use super::*;
     use crate::testing::{self, SILENT, TABLE, runners};
-    use relievo_kernel::{Argument, Domain, Kind};
+    use relievo_kernel::{Argument, Domain};
 
     #[test]
     fn gpu_any_number_of_inputs_comes_back_in_order() {
@@ -420,10 +416,7 @@ mod tests {
 
     #[test]
     fn gpu_a_kernel_that_does_not_match_is_rejected_by_name() {
-        const WORD: &[Argument] = &[Argument {
-            words: 1,
-            domain: Domain::new("word", Kind::Integer { low: 0, high: 1 }),
-        }];
+        const WORD: &[Argument] = &[Argument::new(1, Domain::integer("word", 0, 1))];
         let kernel = |name, input_words, output_words| Kernel {
             name,
             arguments: WORD,

@@ -1,7 +1,40 @@
 //! Storage buffers of compute shaders as sources and sinks of words.
 
-use crate::{Sink, Source};
+use crate::{FromWords, Sink, Source, ToWords};
 use spirv_std::arch::IndexUnchecked;
+
+/// Calls a function on input number `id`, of `input_words` words, and writes its result to
+/// the place of that number.
+///
+/// # Safety
+/// Both buffers have the words of this number.
+#[inline]
+pub unsafe fn run<R: ToWords>(
+    id: u32,
+    input_words: u32,
+    inputs: &[u32],
+    outputs: &mut [u32],
+    function: impl FnOnce(&mut Input) -> R,
+) {
+    // SAFETY: required of the caller.
+    let (mut source, mut sink) = unsafe {
+        (
+            Input::new(inputs, id * input_words),
+            Output::new(outputs, id * R::WORDS),
+        )
+    };
+    function(&mut source).write(&mut sink);
+}
+
+/// Reads a value from the start of a storage buffer.
+///
+/// # Safety
+/// The buffer has the words of the value.
+#[inline]
+pub unsafe fn load<T: FromWords>(words: &[u32]) -> T {
+    // SAFETY: required of the caller.
+    T::read(&mut unsafe { Input::new(words, 0) })
+}
 
 /// Arguments in a storage buffer.
 pub struct Input<'a> {

@@ -116,20 +116,16 @@ impl Generator {
     /// [`DomainError`] if a domain is empty, not finite or denormal, or if the
     /// number of words of a unit-vector argument is not a multiple of 3.
     pub fn new(kernel: &Kernel, recorded: &Recorded, seed: u64) -> Result<Generator, DomainError> {
-        let arguments = kernel
-            .arguments
-            .iter()
-            .map(|argument| {
-                let domain = argument.domain;
-                Argument::new(argument.words as usize, domain, recorded).map_err(|message| {
-                    DomainError {
-                        kernel: kernel.name,
-                        domain: domain.name,
-                        message,
-                    }
-                })
-            })
-            .collect::<Result<Vec<Argument>, DomainError>>()?;
+        let mut arguments = Vec::new();
+        for argument in kernel.arguments {
+            Argument::collect(argument, recorded, &mut arguments).map_err(
+                |(domain, message)| DomainError {
+                    kernel: kernel.name,
+                    domain,
+                    message,
+                },
+            )?;
+        }
         Ok(Generator {
             input_words: arguments.iter().map(|argument| argument.words).sum(),
             arguments,
@@ -157,8 +153,11 @@ impl Generator {
     }
 
     fn draw(&self, index: u64, input: &mut [u32]) {
-        if let ([word], Values::Bits) = (&mut *input, &self.arguments[0].values) {
-            *word = bits::count(index);
+        let is_word = |only: &Argument| only.words == 1 && matches!(only.values, Values::Bits);
+        if let [only] = &self.arguments[..]
+            && is_word(only)
+        {
+            input[0] = bits::count(index);
             return;
         }
         let distribution = Distribution::of(index);
@@ -174,6 +173,23 @@ impl Generator {
 }
 
 impl Argument {
+    /// Adds an argument, or all its parts. Fails with the name of a domain.
+    fn collect(
+        argument: &relievo_kernel::Argument,
+        recorded: &Recorded,
+        all: &mut Vec<Argument>,
+    ) -> Result<(), (&'static str, &'static str)> {
+        if argument.parts.is_empty() {
+            let domain = argument.domain;
+            let made = Argument::new(argument.words as usize, domain, recorded);
+            all.push(made.map_err(|message| (domain.name, message))?);
+        }
+        for part in argument.parts {
+            Argument::collect(part, recorded, all)?;
+        }
+        Ok(())
+    }
+
     fn new(words: usize, domain: Domain, recorded: &Recorded) -> Result<Argument, &'static str> {
         let values = match domain.kind {
             Kind::Bits => Values::Bits,

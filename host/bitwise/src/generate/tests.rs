@@ -4,10 +4,7 @@ use relievo_kernel::Argument as KernelArgument;
 
 /// A kernel with one argument of `words` words of that kind.
 fn kernel(words: u32, kind: Kind) -> Kernel {
-    let argument = KernelArgument {
-        words,
-        domain: Domain::new("tested", kind),
-    };
+    let argument = KernelArgument::new(words, Domain::new("tested", kind));
     Kernel {
         name: "tested",
         arguments: Vec::leak(vec![argument]),
@@ -111,6 +108,30 @@ proptest! {
             let smallest = 2.0_f32.powi(-20);
             prop_assert!(low > 0.0 && high < smallest || high < 0.0 && -low < smallest, "{kind:?}");
         }
+    }
+}
+
+#[test]
+fn parts_of_an_argument_have_their_own_domains() {
+    const PARTS: [KernelArgument; 2] = [
+        KernelArgument::new(1, Domain::integer("number", 3, 5)),
+        KernelArgument::new(2, Domain::range("fraction", 0.5, 1.0)),
+    ];
+    const WHOLE: [KernelArgument; 1] = [KernelArgument {
+        words: 3,
+        domain: Domain::integer("nothing", 0, 0),
+        parts: &PARTS,
+    }];
+    let kernel = Kernel {
+        arguments: &WHOLE,
+        ..kernel(3, Kind::Bits)
+    };
+    let generator = Generator::new(&kernel, &Recorded::new(), 7).expect("domains");
+    let mut inputs = [0; 3 * 100];
+    generator.fill(0, &mut inputs);
+    for input in inputs.chunks(3) {
+        assert!((3..=5).contains(&input[0]));
+        assert!(contains(PARTS[1].domain.kind, &input[1..]), "{input:x?}");
     }
 }
 

@@ -3,9 +3,8 @@
 
 use crate::render::RenderError;
 use relievo_bitwise::{Canary, Device, Module, Runner, Signature};
-use relievo_kernel::canary::{self, MEANINGS};
+use relievo_kernel::canary::MEANINGS;
 use relievo_kernel::{Kernel, for_each_canary, table};
-use relievo_shared::Vec3;
 use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, facts};
 use relievo_shared::layout::{
     Object, PlanarTriangle, PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS,
