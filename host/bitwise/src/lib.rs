@@ -89,8 +89,10 @@ mod error;
 pub mod generate;
 mod memory_model;
 pub mod module;
+pub mod picture;
 pub mod portable;
 pub mod runner;
+mod shrink;
 mod spirv;
 #[cfg(test)]
 mod testing;
@@ -104,5 +106,7 @@ pub use device::Device;
 pub use error::{DeviceError, TIME_LIMIT};
 pub use generate::{Distribution, DomainError, Generator, Recorded, contains};
 pub use module::{EntryPoint, Module, Route};
+pub use picture::{Picture, Pixels};
 pub use runner::{Pending, Runner};
+pub use shrink::shrink;
 pub use wgpu;
