@@ -96,6 +96,8 @@ mod shrink;
 mod spirv;
 #[cfg(test)]
 mod testing;
+#[cfg(feature = "export")]
+pub mod translate;
 
 pub use adapter::{Adapter, adapters, choose, descriptor};
 pub use attempt::attempt;

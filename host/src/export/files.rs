@@ -1,7 +1,8 @@
 //! Names of exported files.
 
-use super::target::{Stage, Target};
+use super::target::Stage;
 use crate::shape_map::Storage;
+use relievo_bitwise::translate::Target;
 
 /// Name of the file with the arguments of an indirect draw.
 pub(super) const DRAW_FILE: &str = "draw.bin";

@@ -33,11 +33,13 @@ use crate::render::RenderError;
 use crate::render::gpu::{EntryPoints, Extent, Shaders, facet_bytes};
 use files::{DRAW_FILE, ShaderFile, map_file};
 use relievo_bitwise::Module;
-use shader::{spirv_bytes, translate};
-use target::Stage;
+use relievo_bitwise::translate::{Written, spirv_bytes};
+use shader::translate;
+use target::{Stage, file_name};
 
 pub use error::ExportError;
-pub use target::{Output, Target};
+pub use relievo_bitwise::translate::Target;
+pub use target::Output;
 
 /// Options of an export.
 #[derive(Clone, Debug)]
@@ -184,7 +186,7 @@ fn export_object(
         for stage in [Stage::Vertex, Stage::Fragment] {
             let shader =
                 write_shader(object, entry_points, stage, options.output, target, sources)?;
-            let file = target.file(stage);
+            let file = file_name(target, stage);
             files.push(ExportedFile {
                 name: file.clone(),
                 bytes: shader.bytes,
@@ -242,7 +244,7 @@ fn write_shader(
     output: Output,
     target: Target,
     sources: &Sources,
-) -> Result<shader::Written, ExportError> {
+) -> Result<Written, ExportError> {
     let name = match stage {
         Stage::Vertex => entry_points.vertex,
         Stage::Fragment => entry_points.color,
@@ -270,8 +272,9 @@ fn write_shader(
         return Ok(written);
     };
     let words = untouched.spirv(name).ok_or_else(missing)?;
-    Ok(shader::Written {
+    Ok(Written {
         bytes: spirv_bytes(&words),
         entry_point: name.to_string(),
+        ..written
     })
 }

@@ -3,9 +3,10 @@
 use super::files::{DRAW_FILE, ShaderFile, map_file};
 use super::layout::{Binding, bindings};
 use super::shader::METAL_SIZES;
-use super::target::{Output, Stage, Target};
+use super::target::{Output, Stage};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::gpu::EntryPoints;
+use relievo_bitwise::translate::Target;
 use relievo_shared::layout::{TIER_ACCURATE, TIER_FAST, TIER_PLANAR};
 
 /// Name of the file.

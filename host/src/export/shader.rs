@@ -1,38 +1,18 @@
 //! Translates an object's shaders to a shading language with naga: reads SPIR-V, names
-//! its variables, adapts it to language and output, validates it and writes it.
+//! its variables, and adapts it to language and output.
 
 use super::layout::{Binding, Element, Struct};
-use super::target::{Output, Stage, Target};
-use naga::back::{glsl, hlsl, msl, spv, wgsl};
-use naga::compact::{KeepUnused, compact};
-use naga::proc::BoundsCheckPolicies;
-use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
+use super::target::{Output, Stage};
 use naga::{
     Arena, ArraySize, Block, BuiltIn, Expression, Function, Handle, Literal, Module, Range,
     ResourceBinding, Scalar, ScalarKind, Span, Statement, StructMember, Type, TypeInner,
     VectorSize,
 };
 use relievo_bitwise::portable;
+use relievo_bitwise::translate::{Target, Written, finish};
 
-/// Shader model of the HLSL, which both of its compilers take.
-const SHADER_MODEL: hlsl::ShaderModel = hlsl::ShaderModel::V5_1;
-/// Version of the Metal shading language.
-const METAL: (u8, u8) = (2, 0);
-/// Version of GLSL.
-const GLSL: u16 = 450;
-/// Version of SPIR-V, that of Vulkan 1.1.
-const SPIRV: (u8, u8) = (1, 3);
 /// Metal's slot of the buffer sizes, which naga declares but nothing reads.
 pub(super) const METAL_SIZES: u8 = 4;
-
-/// A shader translated to a language.
-#[derive(Debug)]
-pub(super) struct Written {
-    /// Contents of its file.
-    pub(super) bytes: Vec<u8>,
-    /// Name of its entry point in this language.
-    pub(super) entry_point: String,
-}
 
 /// Replaces the picture of exits by zeros, which say that no exit is known.
 fn remove_exits(module: &mut Module) {
@@ -129,30 +109,7 @@ pub(super) fn translate(
                 .ok_or("its pixel position is read in an unknown form")?;
         }
     }
-    if matches!(target, Target::Glsl | Target::Hlsl | Target::Msl) {
-        portable::lower(&mut module)?;
-    }
-    compact(&mut module, KeepUnused::No);
-    let info = validate(&module)?;
-    write(&module, &info, stage, target)
-}
-
-/// Validates a module for WebGPU without optional features.
-fn validate(module: &Module) -> Result<ModuleInfo, String> {
-    Validator::new(ValidationFlags::all(), Capabilities::empty())
-        .validate(module)
-        .map_err(|error| describe(error.as_inner()))
-}
-
-/// Formats an error with its causes.
-fn describe(error: &dyn std::error::Error) -> String {
-    let mut text = error.to_string();
-    let mut cause = error.source();
-    while let Some(error) = cause {
-        text = format!("{text}: {error}");
-        cause = error.source();
-    }
-    text
+    finish(&mut module, target, METAL_SIZES)
 }
 
 /// Names the buffers, structs and fields, which have no names in the SPIR-V. Fails if
@@ -427,109 +384,4 @@ fn count_rows_upwards(module: &mut Module) -> Option<()> {
     }
     function.body.splice(0..0, first);
     Some(())
-}
-
-/// Writes a validated module.
-fn write(
-    module: &Module,
-    info: &ModuleInfo,
-    stage: Stage,
-    target: Target,
-) -> Result<Written, String> {
-    let name = stage.entry_point().to_string();
-    // Indices are within the buffers by construction.
-    let unchecked = BoundsCheckPolicies::default();
-    let (bytes, entry_point) = match target {
-        Target::Wgsl => {
-            let text = wgsl::write_string(module, info, wgsl::WriterFlags::empty())
-                .map_err(|error| describe(&error))?;
-            (text.into_bytes(), name)
-        }
-        Target::Spirv => {
-            let options = spv::Options {
-                lang_version: SPIRV,
-                flags: spv::WriterFlags::DEBUG | spv::WriterFlags::LABEL_VARYINGS,
-                fake_missing_bindings: true,
-                bounds_check_policies: unchecked,
-                force_loop_bounding: false,
-                ..Default::default()
-            };
-            let words =
-                spv::write_vec(module, info, &options, None).map_err(|error| describe(&error))?;
-            (spirv_bytes(&words), name)
-        }
-        Target::Glsl => {
-            let options = glsl::Options {
-                version: glsl::Version::Desktop(GLSL),
-                // Neither y nor z is changed: the picture is upright as usual in
-                // OpenGL, and the fragment shader writes the depth.
-                writer_flags: glsl::WriterFlags::empty(),
-                binding_map: (0..4)
-                    .map(|binding| (ResourceBinding { group: 0, binding }, binding as u8))
-                    .collect(),
-                ..Default::default()
-            };
-            let pipeline = glsl::PipelineOptions {
-                shader_stage: stage.naga(),
-                entry_point: name,
-                multiview: None,
-            };
-            let mut text = String::new();
-            glsl::Writer::new(&mut text, module, info, &options, &pipeline, unchecked)
-                .and_then(|mut writer| writer.write())
-                .map_err(|error| describe(&error))?;
-            (text.into_bytes(), "main".to_string())
-        }
-        Target::Hlsl => {
-            let options = hlsl::Options {
-                shader_model: SHADER_MODEL,
-                restrict_indexing: false,
-                force_loop_bounding: false,
-                ..Default::default()
-            };
-            let pipeline = hlsl::PipelineOptions::default();
-            let mut text = String::new();
-            let reflection = hlsl::Writer::new(&mut text, &options, &pipeline)
-                .write(module, info, None)
-                .map_err(|error| describe(&error))?;
-            let [Ok(name)] = reflection.entry_point_names.as_slice() else {
-                return Err("its entry point was not written".to_string());
-            };
-            (text.into_bytes(), name.clone())
-        }
-        Target::Msl => {
-            let slot = |binding: u32| msl::BindTarget {
-                buffer: Some(binding as u8),
-                ..Default::default()
-            };
-            let resources = msl::EntryPointResources {
-                resources: (0..4)
-                    .map(|binding| (ResourceBinding { group: 0, binding }, slot(binding)))
-                    .collect(),
-                sizes_buffer: Some(METAL_SIZES),
-                ..Default::default()
-            };
-            let options = msl::Options {
-                lang_version: METAL,
-                per_entry_point_map: [(name, resources)].into_iter().collect(),
-                fake_missing_bindings: false,
-                bounds_check_policies: unchecked,
-                force_loop_bounding: false,
-                ..Default::default()
-            };
-            let pipeline = msl::PipelineOptions::default();
-            let (text, translated) = msl::write_string(module, info, &options, &pipeline)
-                .map_err(|error| describe(&error))?;
-            let [Ok(name)] = translated.entry_point_names.as_slice() else {
-                return Err("its entry point was not written".to_string());
-            };
-            (text.into_bytes(), name.clone())
-        }
-    };
-    Ok(Written { bytes, entry_point })
-}
-
-/// Converts words to the bytes of a `.spv` file.
-pub(super) fn spirv_bytes(words: &[u32]) -> Vec<u8> {
-    words.iter().flat_map(|word| word.to_le_bytes()).collect()
 }

@@ -1,62 +1,11 @@
-//! Shading languages, stages and outputs of exported shaders.
+//! Stages and outputs of exported shaders, and their file names.
 
 use naga::ShaderStage;
-use std::fmt;
+use relievo_bitwise::translate::Target;
 
-/// A shading language.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Target {
-    /// SPIR-V 1.3, for Vulkan.
-    Spirv,
-    /// WGSL, for WebGPU.
-    Wgsl,
-    /// GLSL 4.50, for OpenGL.
-    Glsl,
-    /// HLSL (shader model 5.1), for Direct3D.
-    Hlsl,
-    /// Metal 2.0.
-    Msl,
-}
-
-impl Target {
-    /// All languages.
-    pub const ALL: [Target; 5] = [
-        Target::Spirv,
-        Target::Wgsl,
-        Target::Glsl,
-        Target::Hlsl,
-        Target::Msl,
-    ];
-
-    /// Returns the name in lower case.
-    pub fn name(self) -> &'static str {
-        match self {
-            Target::Spirv => "spirv",
-            Target::Wgsl => "wgsl",
-            Target::Glsl => "glsl",
-            Target::Hlsl => "hlsl",
-            Target::Msl => "msl",
-        }
-    }
-
-    /// Returns the file name of a stage.
-    pub(super) fn file(self, stage: Stage) -> String {
-        let extension = match (self, stage) {
-            (Target::Spirv, _) => "spv",
-            (Target::Wgsl, _) => "wgsl",
-            (Target::Glsl, Stage::Vertex) => "vert",
-            (Target::Glsl, Stage::Fragment) => "frag",
-            (Target::Hlsl, _) => "hlsl",
-            (Target::Msl, _) => "metal",
-        };
-        format!("{}.{extension}", stage.name())
-    }
-}
-
-impl fmt::Display for Target {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(self.name())
-    }
+/// Returns the name of the file with the shader of a stage.
+pub(super) fn file_name(target: Target, stage: Stage) -> String {
+    format!("{}.{}", stage.name(), target.extension(stage.naga()))
 }
 
 /// Output of the fragment shader.
