@@ -3,7 +3,7 @@
 //! committed shaders are built from the current sources.
 
 use proc_macro2::{Span, TokenStream, TokenTree};
-use relievo_shader_manifest::{Manifest, SHADER_FOLDER, digest, source_digests};
+use relievo_shader_manifest::{Project, changes};
 use relievo_tests::root;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -389,125 +389,13 @@ fn the_scanner_leaves_the_rest_alone() {
     assert!(Scanner::scan("shared/exact/src/native.rs", text).is_empty());
 }
 
-const REBUILD: &str =
-    "cargo +nightly-2026-08-15 run --release --manifest-path shader-crate/builder/Cargo.toml";
-
-/// Differences between the sources of the manifest and those in the tree.
-fn changed_sources(
-    manifest: &BTreeMap<String, String>,
-    actual: &BTreeMap<String, String>,
-) -> Vec<String> {
-    let mut changes = Vec::new();
-    for (name, digest) in actual {
-        match manifest.get(name) {
-            None => changes.push(format!("{name}: new since the shaders were compiled")),
-            Some(known) if known != digest => {
-                changes.push(format!("{name}: changed since the shaders were compiled"));
-            }
-            Some(_) => {}
-        }
-    }
-    for name in manifest.keys() {
-        if !actual.contains_key(name) {
-            changes.push(format!("{name}: gone since the shaders were compiled"));
-        }
-    }
-    changes
-}
-
-/// Differences between the modules of the manifest and `files` (name and
-/// bytes).
-fn changed_modules(manifest: &Manifest, files: &BTreeMap<String, Vec<u8>>) -> Vec<String> {
-    let mut changes = Vec::new();
-    for (name, module) in &manifest.modules {
-        match files.get(name) {
-            None => changes.push(format!("{SHADER_FOLDER}/{name}: missing")),
-            Some(bytes) if bytes.len() as u64 != module.bytes => changes.push(format!(
-                "{SHADER_FOLDER}/{name}: {} bytes, but {} in the manifest",
-                bytes.len(),
-                module.bytes
-            )),
-            Some(bytes) if digest(bytes) != module.sha256 => {
-                changes.push(format!("{SHADER_FOLDER}/{name}: not the compiled module"));
-            }
-            Some(_) => {}
-        }
-    }
-    for name in files.keys() {
-        if !manifest.modules.contains_key(name) {
-            changes.push(format!("{SHADER_FOLDER}/{name}: not in the manifest"));
-        }
-    }
-    changes
-}
-
-/// Modules in the shader folder.
-fn module_files() -> BTreeMap<String, Vec<u8>> {
-    let folder = root().join(SHADER_FOLDER);
-    let mut files = BTreeMap::new();
-    for entry in std::fs::read_dir(&folder).unwrap() {
-        let entry = entry.unwrap();
-        if !entry.path().is_dir() {
-            continue;
-        }
-        for file in std::fs::read_dir(entry.path()).unwrap() {
-            let path = file.unwrap().path();
-            let name = path.strip_prefix(&folder).unwrap();
-            let name = name.iter().map(|part| part.to_str().unwrap());
-            let name = name.collect::<Vec<_>>().join("/");
-            files.insert(name, std::fs::read(path).unwrap());
-        }
-    }
-    files
-}
-
 #[test]
 fn the_shaders_are_made_of_these_sources() {
-    let manifest = Manifest::load(&root()).unwrap();
-    let mut changes = changed_sources(&manifest.sources, &source_digests(&root()).unwrap());
-    changes.extend(changed_modules(&manifest, &module_files()));
+    let project = Project::load(&root().join("Cargo.toml")).unwrap();
+    let changes = changes(&project).unwrap();
     assert!(
         changes.is_empty(),
-        "the compiled shaders are out of date:\n{}\nrebuild them with\n    {REBUILD}",
+        "the compiled shaders are out of date:\n{}\nrebuild them: see docs/contributing.md",
         changes.join("\n")
     );
-}
-
-#[test]
-fn every_difference_to_the_manifest_is_reported() {
-    let manifest = Manifest::load(&root()).unwrap();
-    let (name, module) = manifest.modules.iter().next().unwrap();
-
-    // Sources: changed, new, gone.
-    let sources = &manifest.sources;
-    assert!(changed_sources(sources, sources).is_empty());
-    for source in sources.keys() {
-        let mut other = sources.clone();
-        other.insert(source.clone(), digest(b"another text"));
-        let changes = changed_sources(sources, &other);
-        assert_eq!(changes.len(), 1);
-        assert!(changes[0].starts_with(&format!("{source}: changed")));
-        other.remove(source);
-        assert!(changed_sources(sources, &other)[0].starts_with(&format!("{source}: gone")));
-        assert!(changed_sources(&other, sources)[0].starts_with(&format!("{source}: new")));
-    }
-
-    // Modules: one bit, a byte more, missing, unknown.
-    let files = module_files();
-    let mut flipped = files.clone();
-    let mut longer = files.clone();
-    let mut more = files.clone();
-    flipped.get_mut(name).unwrap()[100] ^= 1;
-    longer.get_mut(name).unwrap().push(0);
-    more.insert("other.spv".into(), Vec::new());
-    for (changed, expected) in [
-        (flipped, "not the compiled module"),
-        (longer, "bytes, but"),
-        (more, "not in the manifest"),
-        (BTreeMap::new(), "missing"),
-    ] {
-        let changes = changed_modules(&manifest, &changed).join("\n");
-        assert!(changes.contains(expected), "{expected}: {changes}");
-    }
-    assert_eq!(files[name].len() as u64, module.bytes);
 }

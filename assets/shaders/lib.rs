@@ -1,6 +1,6 @@
 //! The compiled shaders of relievo: a SPIR-V module for each entry point.
 //!
-//! `shader-crate/builder` writes the modules; `manifest.toml` has their digests and
+//! `cargo relievo build` writes the modules; `manifest.toml` has their digests and
 //! those of their sources.
 //!
 //! ```

@@ -5,6 +5,7 @@
 //! write instead.
 //!
 //! ```text
+//! folder        a project → the files of its shader folder
 //! shader_crate  a crate and its variants
 //! compile       a crate → modules
 //!   rust_gpu    calls rust-gpu, and explains its errors
@@ -26,6 +27,7 @@ pub mod arms;
 pub mod compile;
 pub mod debug;
 pub mod exact;
+pub mod folder;
 pub mod packages;
 pub mod panics;
 pub mod refusal;

@@ -3,12 +3,11 @@
 use crate::advice;
 use crate::shader_crate::{ShaderCrate, Variant};
 use anyhow::{Context, Result, bail};
+use relievo_shader_manifest::{INSTALL, NIGHTLY};
 use spirv_builder::{ShaderPanicStrategy, SpirvBuilder, SpirvMetadata};
 use std::collections::{BTreeMap, BTreeSet};
 use std::process::Command;
 
-/// The nightly that rust-gpu 0.11.0 is a backend of; as in `rust-toolchain.toml`.
-pub const NIGHTLY: &str = "nightly-2026-08-15";
 /// The version of rust-gpu.
 pub const RUST_GPU: &str = "0.11.0";
 /// What modules are compiled for.
@@ -132,9 +131,7 @@ pub fn rustc_version() -> Result<String> {
         .output()
         .context("cannot run rustc through rustup")?;
     if !output.status.success() {
-        bail!(
-            "{NIGHTLY} is not installed: rustup toolchain install {NIGHTLY} --profile minimal -c rust-src -c rustc-dev -c llvm-tools"
-        );
+        bail!("{NIGHTLY} is not installed: {INSTALL}");
     }
     Ok(String::from_utf8(output.stdout)?.trim().to_string())
 }
