@@ -13,7 +13,7 @@ use syn::visit::{self, Visit};
 use syn::{Attribute, Item, UseTree};
 
 /// The crates: name and folder of `lib.rs` or `main.rs`.
-const CRATES: [(&str, &str); 10] = [
+const CRATES: [(&str, &str); 12] = [
     ("relievo", "host/src"),
     ("relievo_bitwise", "host/bitwise/src"),
     ("relievo_page", "host/page/src"),
@@ -23,6 +23,8 @@ const CRATES: [(&str, &str); 10] = [
     ("relievo_shared", "shared/src"),
     ("relievo_exact", "shared/exact/src"),
     ("relievo_kernel", "shared/kernel/src"),
+    ("cargo_relievo", "shader-crate/command/src"),
+    ("relievo_shader_manifest", "shader-crate/manifest/src"),
     ("generator", "assets/generator/src"),
 ];
 
