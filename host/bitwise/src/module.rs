@@ -8,7 +8,8 @@
 //! ```
 
 use crate::spirv::{HEADER, MAGIC, instructions, literal, opcode};
-use crate::{Device, DeviceError, memory_model, portable};
+use crate::{Device, DeviceError, memory_model};
+use relievo_translate::portable;
 use std::borrow::Cow;
 
 /// How a module reaches the driver.

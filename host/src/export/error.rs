@@ -1,7 +1,7 @@
 //! Errors of an export.
 
 use crate::render::RenderError;
-use relievo_bitwise::translate::Target;
+use relievo_translate::Target;
 
 /// An error of an export.
 #[derive(Debug, thiserror::Error)]

@@ -2,7 +2,7 @@
 
 use super::target::Stage;
 use crate::shape_map::Storage;
-use relievo_bitwise::translate::Target;
+use relievo_translate::Target;
 
 /// Name of the file with the arguments of an indirect draw.
 pub(super) const DRAW_FILE: &str = "draw.bin";

@@ -33,12 +33,12 @@ use crate::render::RenderError;
 use crate::render::gpu::{EntryPoints, Extent, Shaders, facet_bytes};
 use files::{DRAW_FILE, ShaderFile, map_file};
 use relievo_bitwise::Module;
-use relievo_bitwise::translate::{Written, spirv_bytes};
+use relievo_translate::{Written, spirv_bytes};
 use shader::translate;
 use target::{Stage, file_name};
 
 pub use error::ExportError;
-pub use relievo_bitwise::translate::Target;
+pub use relievo_translate::Target;
 pub use target::Output;
 
 /// Options of an export.

@@ -6,8 +6,8 @@ use super::shader::METAL_SIZES;
 use super::target::{Output, Stage};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::gpu::EntryPoints;
-use relievo_bitwise::translate::Target;
 use relievo_shared::layout::{TIER_ACCURATE, TIER_FAST, TIER_PLANAR};
+use relievo_translate::Target;
 
 /// Name of the file.
 pub(super) const FILE: &str = "README.md";

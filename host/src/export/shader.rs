@@ -8,8 +8,8 @@ use naga::{
     ResourceBinding, Scalar, ScalarKind, Span, Statement, StructMember, Type, TypeInner,
     VectorSize,
 };
-use relievo_bitwise::portable;
-use relievo_bitwise::translate::{Target, Written, finish};
+use relievo_translate::portable;
+use relievo_translate::{Target, Written, finish};
 
 /// Metal's slot of the buffer sizes, which naga declares but nothing reads.
 pub(super) const METAL_SIZES: u8 = 4;

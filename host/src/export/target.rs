@@ -1,7 +1,7 @@
 //! Stages and outputs of exported shaders, and their file names.
 
 use naga::ShaderStage;
-use relievo_bitwise::translate::Target;
+use relievo_translate::Target;
 
 /// Returns the name of the file with the shader of a stage.
 pub(super) fn file_name(target: Target, stage: Stage) -> String {

@@ -3,8 +3,8 @@
 use crate::place::ProjectArgument;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
-use relievo_bitwise::translate::{Target, translate};
 use relievo_shader_manifest::{Manifest, Project};
+use relievo_translate::{Target, translate};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -194,7 +194,7 @@ fn write(folder: &Path, files: &[File]) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use relievo_bitwise::portable;
+    use relievo_translate::portable;
     use std::collections::BTreeSet;
 
     fn relievo() -> Project {

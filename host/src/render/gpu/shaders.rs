@@ -348,7 +348,8 @@ mod tests {
     use super::*;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     use naga::{Block, Statement};
-    use relievo_bitwise::{Told, portable};
+    use relievo_bitwise::Told;
+    use relievo_translate::portable;
 
     #[test]
     fn every_canary_has_its_meaning() {

@@ -1,7 +1,7 @@
 //! Translates a shader to a shading language with naga (feature `export`).
 //!
 //! ```
-//! use relievo_bitwise::translate::{METAL_SIZES, Target, finish};
+//! use relievo_translate::{METAL_SIZES, Target, finish};
 //!
 //! let mut module = naga::front::wgsl::parse_str(
 //!     "@compute @workgroup_size(1) fn nothing() {}",

@@ -1,0 +1,12 @@
+//! Translates rust-gpu's SPIR-V with naga: for backends that do not take it, and to other
+//! shading languages.
+//!
+//! [`portable`] reads SPIR-V and rewrites the loops that naga translates wrongly;
+//! `translate` (feature `export`) writes WGSL, GLSL, HLSL, Metal and SPIR-V.
+
+pub mod portable;
+#[cfg(feature = "export")]
+mod translate;
+
+#[cfg(feature = "export")]
+pub use translate::*;
