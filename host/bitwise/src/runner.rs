@@ -289,7 +289,7 @@ impl Runner {
             message,
         };
         let entry_point = self.module.entry_point(name).ok_or_else(|| {
-            refused("the module has no such entry point; compile it again".to_string())
+            refused("the module has no such entry point; make the function and the modules around it public, and compile it again".to_string())
         })?;
         if entry_point.workgroup != Some([WORKGROUP, 1, 1]) {
             return Err(refused(format!(

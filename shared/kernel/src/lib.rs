@@ -197,7 +197,8 @@ macro_rules! for_each_canary {
 macro_rules! canaries {
     () => {
         #[cfg(target_arch = "spirv")]
-        mod canaries {
+        #[doc(hidden)]
+        pub mod canaries {
             $crate::for_each_canary!($crate::entry_points);
         }
     };

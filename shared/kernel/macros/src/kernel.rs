@@ -5,7 +5,7 @@ use proc_macro2::TokenStream;
 use quote::{ToTokens, quote};
 use syn::parse::{Parse, ParseStream, Parser};
 use syn::punctuated::Punctuated;
-use syn::{Error, Expr, FnArg, Ident, ItemFn, Pat, Result, ReturnType, Token, Type};
+use syn::{Error, Expr, FnArg, Ident, ItemFn, Pat, Result, ReturnType, Token, Type, Visibility};
 
 /// `name in values`.
 struct Given {
@@ -36,6 +36,12 @@ pub(crate) fn expand(attribute: TokenStream, function: TokenStream) -> Result<To
     let given = Punctuated::<Given, Token![,]>::parse_terminated.parse2(attribute)?;
     let function: ItemFn = syn::parse2(function)?;
     let arguments = arguments(&function)?;
+    if matches!(function.vis, Visibility::Inherited) {
+        return Err(Error::new_spanned(
+            &function.sig.fn_token,
+            "make a kernel `pub`, and the modules around it: rust-gpu leaves out what is private",
+        ));
+    }
     let ReturnType::Type(_, result) = &function.sig.output else {
         return Err(Error::new_spanned(
             &function.sig,

@@ -10,17 +10,23 @@ fn refused(attribute: TokenStream, function: TokenStream) -> String {
 #[test]
 fn wrong_functions_are_refused_with_the_way_out() {
     let none = || quote!();
+    let private = quote!(
+        fn f(x: f32) -> f32 {
+            x
+        }
+    );
     let messages = [
+        refused(none(), private),
         refused(
             none(),
             quote!(
-                fn f(x: f32) {}
+                pub fn f(x: f32) {}
             ),
         ),
         refused(
             none(),
             quote!(
-                fn f() -> f32 {
+                pub fn f() -> f32 {
                     0.0
                 }
             ),
@@ -28,7 +34,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             none(),
             quote!(
-                fn f<T>(x: T) -> f32 {
+                pub fn f<T>(x: T) -> f32 {
                     0.0
                 }
             ),
@@ -36,7 +42,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             none(),
             quote!(
-                unsafe fn f(x: f32) -> f32 {
+                pub unsafe fn f(x: f32) -> f32 {
                     x
                 }
             ),
@@ -44,7 +50,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             none(),
             quote!(
-                fn f(&self, x: f32) -> f32 {
+                pub fn f(&self, x: f32) -> f32 {
                     x
                 }
             ),
@@ -52,7 +58,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             none(),
             quote!(
-                fn f((x, y): (f32, f32)) -> f32 {
+                pub fn f((x, y): (f32, f32)) -> f32 {
                     x
                 }
             ),
@@ -60,7 +66,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             none(),
             quote!(
-                fn f(x: &mut f32) -> f32 {
+                pub fn f(x: &mut f32) -> f32 {
                     *x
                 }
             ),
@@ -68,7 +74,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             none(),
             quote!(
-                fn f(x: &[f32]) -> f32 {
+                pub fn f(x: &[f32]) -> f32 {
                     x[0]
                 }
             ),
@@ -76,7 +82,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             quote!(y in 0.0..=1.0),
             quote!(
-                fn f(x: f32) -> f32 {
+                pub fn f(x: f32) -> f32 {
                     x
                 }
             ),
@@ -84,7 +90,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             quote!(x in 0.0..=1.0, x in 0.0..=2.0),
             quote!(
-                fn f(x: f32) -> f32 {
+                pub fn f(x: f32) -> f32 {
                     x
                 }
             ),
@@ -92,7 +98,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             quote!(x in 0.0..1.0),
             quote!(
-                fn f(x: f32) -> f32 {
+                pub fn f(x: f32) -> f32 {
                     x
                 }
             ),
@@ -100,7 +106,7 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             quote!(x in 0..=1.0),
             quote!(
-                fn f(x: f32) -> f32 {
+                pub fn f(x: f32) -> f32 {
                     x
                 }
             ),
@@ -108,13 +114,14 @@ fn wrong_functions_are_refused_with_the_way_out() {
         refused(
             quote!(x in -3..=3),
             quote!(
-                fn f(x: i32) -> i32 {
+                pub fn f(x: i32) -> i32 {
                     x
                 }
             ),
         ),
     ];
     let expected = [
+        "make a kernel `pub`, and the modules around it: rust-gpu leaves out what is private",
         "a kernel returns what is compared; give it a result",
         "a kernel without arguments has one result; test it on the CPU",
         "a kernel is a safe function of values without parameters of types or lifetimes",
