@@ -18,7 +18,6 @@ pub const TARGET: &str = "spirv-unknown-vulkan1.1";
 pub fn run(shaders: &ShaderCrate, variant: Variant) -> Result<BTreeMap<String, Vec<u32>>> {
     let mut features = shaders.features.clone();
     let mut spirv = SpirvBuilder::new(&shaders.folder, TARGET)
-        .deny_warnings(true)
         .multimodule(true)
         .spirv_metadata(SpirvMetadata::None)
         .target_dir_path(shaders.target_folder.join(variant.name()));

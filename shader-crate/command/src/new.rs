@@ -23,7 +23,7 @@ const KEYWORDS: [&str; 53] = [
 ];
 
 /// Crates that the project uses itself, and folders of cargo.
-const TAKEN: [&str; 14] = [
+const TAKEN: [&str; 15] = [
     "alloc",
     "build",
     "core",
@@ -34,6 +34,7 @@ const TAKEN: [&str; 14] = [
     "relievo_bitwise",
     "relievo_exact",
     "relievo_kernel",
+    "relievo_test",
     "spirv_std",
     "std",
     "test",
