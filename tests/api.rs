@@ -10,13 +10,16 @@ use std::path::Path;
 use syn::{Attribute, Fields, ImplItem, Item, TraitItem, Visibility};
 
 /// The published crates and their `lib.rs`.
-const CRATES: [(&str, &str); 7] = [
+const CRATES: [(&str, &str); 10] = [
     ("relievo", "host/src/lib.rs"),
     ("relievo-bitwise", "host/bitwise/src/lib.rs"),
     ("relievo-exact", "shared/exact/src/lib.rs"),
     ("relievo-kernel", "shared/kernel/src/lib.rs"),
+    ("relievo-kernel-macros", "shared/kernel/macros/src/lib.rs"),
     ("relievo-shaders", "assets/shaders/lib.rs"),
     ("relievo-shared", "shared/src/lib.rs"),
+    ("relievo-test", "host/test/src/lib.rs"),
+    ("relievo-translate", "host/translate/src/lib.rs"),
     ("relievo-viewer", "host/viewer/src/lib.rs"),
     // relievo-shared-f64 has the sources of relievo-shared.
 ];

@@ -13,7 +13,7 @@ use syn::visit::{self, Visit};
 use syn::{Attribute, Item, UseTree};
 
 /// The crates: name and folder of `lib.rs` or `main.rs`.
-const CRATES: [(&str, &str); 12] = [
+const CRATES: [(&str, &str); 16] = [
     ("relievo", "host/src"),
     ("relievo_bitwise", "host/bitwise/src"),
     ("relievo_page", "host/page/src"),
@@ -23,8 +23,12 @@ const CRATES: [(&str, &str); 12] = [
     ("relievo_shared", "shared/src"),
     ("relievo_exact", "shared/exact/src"),
     ("relievo_kernel", "shared/kernel/src"),
-    ("cargo_relievo", "shader-crate/command/src"),
+    ("relievo_kernel_macros", "shared/kernel/macros/src"),
+    ("relievo_translate", "host/translate/src"),
+    ("relievo_test", "host/test/src"),
     ("relievo_shader_manifest", "shader-crate/manifest/src"),
+    ("relievo_shader_builder", "shader-crate/builder/src"),
+    ("cargo_relievo", "shader-crate/command/src"),
     ("generator", "assets/generator/src"),
 ];
 
