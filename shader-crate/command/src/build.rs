@@ -94,8 +94,8 @@ fn require_nightly() -> Result<()> {
 
 /// Returns whether rustup's list of components has those that the builder needs.
 fn has_components(list: &str) -> bool {
-    let has = |component: &&str| list.lines().any(|line| line.starts_with(*component));
-    COMPONENTS.iter().all(|component| has(&component))
+    let has = |component: &str| list.lines().any(|line| line.starts_with(component));
+    COMPONENTS.into_iter().all(has)
 }
 
 /// Returns the folder for what cargo builds of the builder: the same for all projects.
