@@ -39,7 +39,7 @@ pub fn compile(project: &Project, target_folder: &Path) -> Result<Files> {
         for variant in [Variant::Fast, Variant::Exact] {
             let folder = format!("{}_{}", shaders.name, variant.name());
             let compiled = compile_crate(&shader_crate, variant)
-                .with_context(|| format!("the shader crate {}", shaders.path))?;
+                .with_context(|| format!("the shader crate {}", shaders.name))?;
             for (entry_point, words) in compiled {
                 let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
                 let file = format!("{folder}/{}.spv", file_stem(&entry_point)?);
