@@ -43,7 +43,13 @@ const fn one(
 
 const ONES: [One; 18] = [
     one("sqrt", sqrt, |x| x.max(0.0).sqrt(), CORRECT),
-    one("recip_sqrt", recip_sqrt, |x| 1.0 / x.max(0.0).sqrt(), 1.0),
+    // The sign of the larger zero is not specified.
+    one(
+        "recip_sqrt",
+        recip_sqrt,
+        |x| 1.0 / x.max(0.0).sqrt().abs(),
+        1.0,
+    ),
     one("exp", exp, f64::exp, 1.0),
     one("exp2", exp2, f64::exp2, 1.0),
     one("log", log, |x| x.max(0.0).ln(), 1.0),

@@ -1,6 +1,7 @@
 //! The functions of relievo-exact with broken operations: what is seen, and what is made
 //! good.
 
+use glam::Vec2;
 use relievo_shared_variant::{Mode, corrected, native, with_mode};
 
 type Function = fn(f32, f32) -> f32;
@@ -28,11 +29,12 @@ macro_rules! twins {
             divides: $divides,
         }),*]
     };
+    (@ both $x:ident $y:ident) => { Vec2::new($x, $y) };
     (@ first $x:ident $y:ident) => { $x };
     (@ second $x:ident $y:ident) => { $y };
 }
 
-const TWINS: [Twin; 20] = twins! {
+const TWINS: [Twin; 21] = twins! {
     div(first, second) false true;
     sqrt(first) false true;
     recip_sqrt(first) false true;
@@ -53,6 +55,7 @@ const TWINS: [Twin; 20] = twins! {
     ceil(first) false false;
     round(first) false false;
     fract(first) false false;
+    length(both) true true;
 };
 
 const INPUTS: u32 = 100_000;

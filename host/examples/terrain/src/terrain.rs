@@ -11,7 +11,7 @@ pub const WATER_LEVEL: f32 = 0.0;
 pub const LOWEST: f32 = -400.0;
 /// No height is larger.
 pub const HIGHEST: f32 = 2600.0;
-/// The detail of [`height`], in octaves.
+/// The detail of [`height()`], in octaves.
 pub const FULL_DETAIL: f32 = 12.0;
 
 /// Numbers of the world: others make another world.
@@ -35,7 +35,7 @@ pub fn height(p: Vec2) -> f32 {
     coarse_height(p, FULL_DETAIL)
 }
 
-/// Returns [`height`] with `detail` octaves only, a number from 0 to [`FULL_DETAIL`]:
+/// Returns [`height()`] with `detail` octaves only, a number from 0 to [`FULL_DETAIL`]:
 /// smooth where a picture or a wheel has no use for more.
 pub fn coarse_height(p: Vec2, detail: f32) -> f32 {
     const PER_RANGE: f32 = 1.0 / RANGE;

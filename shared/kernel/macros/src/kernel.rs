@@ -38,7 +38,7 @@ pub(crate) fn expand(attribute: TokenStream, function: TokenStream) -> Result<To
     let arguments = arguments(&function)?;
     if matches!(function.vis, Visibility::Inherited) {
         return Err(Error::new_spanned(
-            &function.sig.fn_token,
+            function.sig.fn_token,
             "make a kernel `pub`, and the modules around it: rust-gpu leaves out what is private",
         ));
     }

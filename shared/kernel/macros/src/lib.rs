@@ -26,6 +26,8 @@ use proc_macro::TokenStream;
 /// ```ignore
 /// #[kernel(normal in UNIT, strength in 0.0..=1.0, octaves in 1..=8)]
 /// pub fn bump(position: Vec3, normal: Vec3, strength: f32, octaves: u32) -> Vec3 {
+///     normal + noise(position, octaves) * strength
+/// }
 /// ```
 #[proc_macro_attribute]
 pub fn kernel(arguments: TokenStream, function: TokenStream) -> TokenStream {
