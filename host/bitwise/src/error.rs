@@ -71,6 +71,14 @@ pub enum DeviceError {
         /// The reason.
         message: String,
     },
+    /// A picture does not match its shaders.
+    #[error("the picture of {fragment:?}: {message}")]
+    Picture {
+        /// Its fragment shader.
+        fragment: String,
+        /// The mismatch and how to correct it.
+        message: String,
+    },
     /// A kernel does not match its module or its arguments.
     #[error("kernel {kernel:?}: {message}")]
     Kernel {

@@ -47,6 +47,7 @@ pub mod compare;
 mod device;
 mod error;
 pub mod generate;
+mod interface;
 #[cfg(test)]
 mod loops;
 mod memory_model;
@@ -69,5 +70,5 @@ pub use generate::{Distribution, DomainError, Generator, Recorded, contains};
 pub use module::{EntryPoint, Module, Route};
 pub use picture::{Picture, Pixels};
 pub use runner::{Pending, Runner};
-pub use shrink::shrink;
+pub use shrink::{kinds, shrink};
 pub use wgpu;

@@ -1,6 +1,6 @@
 //! Draws pictures with a module's vertex and fragment shaders, and returns their words.
 
-use crate::{Device, DeviceError, Module};
+use crate::{Device, DeviceError, Module, interface};
 
 /// What a fragment shader writes to location 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,13 +30,16 @@ pub struct Picture<'a> {
 
 impl Picture<'_> {
     /// Draws the picture. Returns four words a pixel, in rows from the top. Pixels that no
-    /// triangle covers are 0.
+    /// triangle covers are 0. Buffers must be as long as the shaders read, which is not
+    /// checked.
     ///
     /// # Errors
+    /// [`DeviceError::Picture`] if the shaders have other stages, buffers or outputs,
     /// [`DeviceError::Limit`] if the picture or a buffer is larger than the device takes,
     /// those of [`Module::load`], [`DeviceError::Device`] if the device fails.
     pub fn draw(&self, device: &Device, module: &Module) -> Result<Vec<u32>, DeviceError> {
-        self.check(device)?;
+        self.check(module)?;
+        self.check_limits(device)?;
         let [width, height] = self.size;
         let shaders = [
             module.load(device, self.vertex)?,
@@ -78,7 +81,53 @@ impl Picture<'_> {
         })
     }
 
-    fn check(&self, device: &Device) -> Result<(), DeviceError> {
+    /// Checks that the shaders are those of the picture: drivers crash if they are not.
+    fn check(&self, module: &Module) -> Result<(), DeviceError> {
+        let wrong = |message: String| {
+            Err(DeviceError::Picture {
+                fragment: self.fragment.to_string(),
+                message,
+            })
+        };
+        if self.size.contains(&0) || self.buffers.iter().any(|words| words.is_empty()) {
+            return wrong("give it at least one pixel, and each buffer a word".to_string());
+        }
+        let stages = [
+            (self.vertex, interface::VERTEX, "a vertex"),
+            (self.fragment, interface::FRAGMENT, "a fragment"),
+        ];
+        for (name, model, what) in stages {
+            let (Some(entry_point), Some(words)) = (module.entry_point(name), module.spirv(name))
+            else {
+                let known: Vec<&str> = module.entry_points().map(|e| e.name.as_str()).collect();
+                return wrong(format!(
+                    "the module has no entry point {name:?}, but {}",
+                    known.join(", ")
+                ));
+            };
+            let interface = interface::of(&words, &entry_point.name);
+            if interface.model != Some(model) {
+                return wrong(format!("{name:?} is not {what} shader; name one"));
+            }
+            if interface.bindings as usize > self.buffers.len() {
+                return wrong(format!(
+                    "{name:?} reads {} buffers, and there are {}; give all of them",
+                    interface.bindings,
+                    self.buffers.len()
+                ));
+            }
+            let floats = self.pixels == Pixels::Floats;
+            if model == interface::FRAGMENT && interface.writes_floats != Some(floats) {
+                return wrong(format!(
+                    "{name:?} does not write {} to location 0; choose the other Pixels, or write that",
+                    if floats { "a Vec4" } else { "a UVec4" }
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    fn check_limits(&self, device: &Device) -> Result<(), DeviceError> {
         let limits = device.wgpu().limits();
         let longest = self.size[0].max(self.size[1]);
         let largest = self
@@ -290,6 +339,76 @@ mod tests {
                 ];
                 assert_eq!(words[words.len() - 4..], last);
             }
+        }
+    }
+
+    #[test]
+    fn pictures_of_other_shaders_are_refused() {
+        let spirv = testing::bytes(&testing::spirv(SOURCE));
+        let module = Module::portable(&[&spirv]).expect("a module");
+        let right = Picture {
+            vertex: "cover",
+            fragment: "words",
+            pixels: Pixels::Words,
+            size: [4, 4],
+            vertices: 3,
+            buffers: &[&[0; 4]],
+        };
+        assert!(right.check(&module).is_ok());
+        let refused = |picture: Picture| picture.check(&module).unwrap_err().to_string();
+        for (picture, words) in [
+            (
+                Picture {
+                    vertex: "words",
+                    ..right
+                },
+                "is not a vertex shader",
+            ),
+            (
+                Picture {
+                    fragment: "cover",
+                    ..right
+                },
+                "is not a fragment shader",
+            ),
+            (
+                Picture {
+                    fragment: "none",
+                    ..right
+                },
+                "but cover, words, floats",
+            ),
+            (
+                Picture {
+                    fragment: "floats",
+                    ..right
+                },
+                "does not write a UVec4",
+            ),
+            (
+                Picture {
+                    buffers: &[],
+                    ..right
+                },
+                "reads 1 buffers, and there are 0",
+            ),
+            (
+                Picture {
+                    buffers: &[&[]],
+                    ..right
+                },
+                "at least one pixel",
+            ),
+            (
+                Picture {
+                    size: [0, 4],
+                    ..right
+                },
+                "at least one pixel",
+            ),
+        ] {
+            let message = refused(picture);
+            assert!(message.contains(words), "{message}");
         }
     }
 

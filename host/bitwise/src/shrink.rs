@@ -32,10 +32,7 @@ pub fn shrink<E>(
     input: &[u32],
     mut differs: impl FnMut(&[u32]) -> Result<Vec<bool>, E>,
 ) -> Result<Vec<u32>, E> {
-    let mut kinds = Vec::new();
-    for argument in kernel.arguments {
-        collect(argument, &mut kinds);
-    }
+    let kinds = kinds(kernel);
     let mut best = input.to_vec();
     loop {
         let mut candidates = candidates(&kinds, &best);
@@ -53,7 +50,15 @@ pub fn shrink<E>(
     }
 }
 
-/// Adds the kind of each word; unit vectors stay as they are.
+/// Returns the kind of each word of an input.
+pub fn kinds(kernel: &Kernel) -> Vec<Kind> {
+    let mut kinds = Vec::new();
+    for argument in kernel.arguments {
+        collect(argument, &mut kinds);
+    }
+    kinds
+}
+
 fn collect(argument: &Argument, kinds: &mut Vec<Kind>) {
     if argument.parts.is_empty() {
         kinds.extend(std::iter::repeat_n(
@@ -72,9 +77,11 @@ fn candidates(kinds: &[Kind], input: &[u32]) -> Vec<Vec<u32>> {
     for (place, (&kind, &word)) in kinds.iter().zip(input).enumerate() {
         let simpler = match kind {
             Kind::UnitVector => Vec::new(),
-            Kind::Integer { low, .. } => {
-                vec![low, low + (word - low) / 2, word.saturating_sub(1)]
+            // Inputs that the user gives may lie outside.
+            Kind::Integer { low, .. } if word > low => {
+                vec![low, low + (word - low) / 2, word - 1]
             }
+            Kind::Integer { .. } => Vec::new(),
             _ => numbers(word),
         };
         for simpler in simpler {
@@ -156,5 +163,15 @@ mod tests {
         let input = [f32::NAN.to_bits(), 7, u32::MAX];
         let all = |inputs: &[u32]| Ok::<_, ()>(vec![true; inputs.len() / 3]);
         assert_eq!(shrink(&KERNELS[0], &input, all).unwrap(), [0; 3]);
+    }
+
+    #[test]
+    fn integers_below_their_domain_stay_as_they_are() {
+        const KERNEL: &[Kernel] = table! {
+            count(u32: relievo_kernel::Domain::integer("count", 3, 9)) -> u32 = |n: u32| n;
+        };
+        let all = |inputs: &[u32]| Ok::<_, ()>(vec![true; inputs.len()]);
+        assert_eq!(shrink(&KERNEL[0], &[1], all).unwrap(), [1]);
+        assert_eq!(shrink(&KERNEL[0], &[8], all).unwrap(), [3]);
     }
 }

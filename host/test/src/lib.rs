@@ -43,6 +43,7 @@
 //! since they were built, the tests fail and name it.
 
 mod input;
+mod names;
 mod picture;
 mod report;
 mod session;
@@ -55,6 +56,7 @@ use relievo_bitwise::{
 };
 use relievo_kernel::{Kernel, ToWords, Writer};
 use session::session;
+use std::panic::Location;
 
 /// Returns the words of a value, such as those of a buffer that a shader reads by
 /// `relievo_kernel::buffers::load`.
@@ -75,9 +77,11 @@ const SEED: u64 = 1;
 ///
 /// # Panics
 /// If a word differs, with a simple input that shows it and a test to paste; if the
-/// shaders are missing or older than their sources; if a device fails.
+/// shaders are missing or older than their sources; if a device fails; if another kernel
+/// of the crate has the same name.
 #[track_caller]
 pub fn assert_equal(kernel: &Kernel) {
+    names::check(kernel.name, Location::caller());
     let plan = Plan {
         inputs: session().inputs,
         seed: SEED,
@@ -101,6 +105,12 @@ pub fn assert_equal(kernel: &Kernel) {
 /// Like [`assert_equal`], and if the arguments have another number of words.
 #[track_caller]
 pub fn assert_equal_for<T: ToWords + Copy>(kernel: &Kernel, inputs: &[T]) {
+    assert_eq!(
+        T::WORDS,
+        kernel.input_words,
+        "{}: an input has another number of words than the arguments; give a tuple of all of them",
+        kernel.name
+    );
     assert_equal_words(
         kernel,
         &inputs
@@ -131,6 +141,13 @@ pub fn assert_equal_words(kernel: &Kernel, inputs: &[u32]) {
 /// If no word differs.
 #[track_caller]
 pub fn assert_differs(kernel: &Kernel, twin: &Kernel) {
+    assert_eq!(
+        (twin.input_words, twin.output_words),
+        (kernel.input_words, kernel.output_words),
+        "{} has other arguments or results than {}",
+        twin.name,
+        kernel.name
+    );
     let inputs = input::generated(kernel, SEED, 1 << 14);
     let of = |runner: Option<&mut Runner>| match runner {
         Some(runner) => runner.run(kernel, &inputs),

@@ -1,8 +1,8 @@
 //! What is said of a function whose words differ.
 
 use crate::tally;
-use relievo_bitwise::{DeviceError, Difference, Runner, Tally, shrink};
-use relievo_kernel::{Argument, Kernel, Kind};
+use relievo_bitwise::{DeviceError, Difference, Runner, Tally, kinds, shrink};
+use relievo_kernel::{Kernel, Kind};
 use std::fmt::Write;
 
 /// Returns the report of a tally, if it has differences: how many, a simple input, and a
@@ -40,11 +40,7 @@ fn text(adapter: &str, kernel: &Kernel, tally: &Tally, shown: &Difference) -> St
         "{name} differs on {adapter}: {} of {} words, by up to {} ULP\n\n",
         tally.different, tally.words, tally.largest
     );
-    let mut kinds = Vec::new();
-    for argument in kernel.arguments {
-        collect(argument, &mut kinds);
-    }
-    let values: Vec<String> = kinds
+    let values: Vec<String> = kinds(kernel)
         .iter()
         .zip(&shown.input)
         .map(|(kind, &word)| value(kind, word))
@@ -71,17 +67,6 @@ fn text(adapter: &str, kernel: &Kernel, tally: &Tally, shown: &Difference) -> St
         words.join(", ")
     );
     text
-}
-
-/// Adds the kind of each word.
-fn collect(argument: &Argument, kinds: &mut Vec<Kind>) {
-    if argument.parts.is_empty() {
-        let words = argument.words as usize;
-        kinds.extend(std::iter::repeat_n(argument.domain.kind, words));
-    }
-    for part in argument.parts {
-        collect(part, kinds);
-    }
 }
 
 fn value(kind: &Kind, word: u32) -> String {

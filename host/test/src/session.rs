@@ -1,9 +1,10 @@
 //! The project's shaders on the adapters of this machine, opened once.
 
-use relievo_bitwise::{Canary, DeviceError, Module, Runner, Signature, adapters};
+use relievo_bitwise::{Adapter, Canary, DeviceError, Module, Runner, Signature, adapters};
 use relievo_kernel::canary::MEANINGS;
 use relievo_kernel::{Kernel, for_each_canary, table};
 use relievo_shader_manifest::{Manifest, ManifestError, Project, changes, module_files};
+use std::collections::BTreeSet;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
@@ -38,6 +39,8 @@ enum SessionError {
     Manifest(#[from] ManifestError),
     #[error(transparent)]
     Device(#[from] DeviceError),
+    #[error("two shader crates have an entry point {0}; rename one")]
+    Twice(String),
     #[error(
         "the shaders are not those of the sources; build them with `cargo relievo build`\n  {}", .0.join("\n  ")
     )]
@@ -82,21 +85,13 @@ fn open() -> Result<Session, SessionError> {
             say(&format!("left out: {name} does not take SPIR-V unchanged"));
             continue;
         }
-        let mut runner = Runner::new(&adapter.open()?, &module)?;
-        let signature = Signature::take(&mut runner, &canaries())?;
-        if signature.is_exact() {
-            say(&format!("comparing on {name}"));
-            devices.push(Opened(Mutex::new(runner)));
-        } else {
-            let told = signature.told.iter();
-            let wrong: Vec<_> = told
-                .filter(|told| told.required && told.different > 0)
-                .map(|told| told.tells)
-                .collect();
-            say(&format!(
-                "left out: {name} is not exact: {}",
-                wrong.join(", ")
-            ));
+        match exact_runner(&adapter, &module) {
+            Ok(Ok(runner)) => {
+                say(&format!("comparing on {name}"));
+                devices.push(Opened(Mutex::new(runner)));
+            }
+            Ok(Err(tells)) => say(&format!("left out: {name} is not exact: {tells}")),
+            Err(error) => say(&format!("left out: {error}")),
         }
     }
     if devices.is_empty() {
@@ -106,6 +101,19 @@ fn open() -> Result<Session, SessionError> {
         say("NO ADAPTER TO COMPARE ON: the GPU's words are not compared");
     }
     Ok(Session { devices, inputs })
+}
+
+/// Opens an adapter; or says in which ways it is not exact.
+fn exact_runner(adapter: &Adapter, module: &Module) -> Result<Result<Runner, String>, DeviceError> {
+    let mut runner = Runner::new(&adapter.open()?, module)?;
+    let signature = Signature::take(&mut runner, &canaries())?;
+    if signature.is_exact() {
+        return Ok(Ok(runner));
+    }
+    let told = signature.told.iter();
+    let wrong = told.filter(|told| told.required && told.different > 0);
+    let tells: Vec<_> = wrong.map(|told| told.tells).collect();
+    Ok(Err(tells.join(", ")))
 }
 
 /// Loads the project's exact modules.
@@ -129,6 +137,13 @@ fn exact_module() -> Result<Module, SessionError> {
         .collect();
     // SAFETY: the builder has validated the modules, and `changes` has found none changed.
     let module = unsafe { Module::untouched(&exact)? };
+    let mut names = BTreeSet::new();
+    for entry_point in module.entry_points() {
+        // Each shader crate has canaries of its own, which are the same.
+        if !entry_point.name.starts_with("canaries::") && !names.insert(&entry_point.name) {
+            return Err(SessionError::Twice(entry_point.name.clone()));
+        }
+    }
     let has = |kernel: &Kernel| module.entry_point(kernel.name).is_some();
     if !canaries().iter().all(|canary| has(&canary.kernel)) {
         return Err(SessionError::NoCanaries(project.shaders));
@@ -136,14 +151,23 @@ fn exact_module() -> Result<Module, SessionError> {
     Ok(module)
 }
 
+/// Paths of the canaries' entry points. A kernel of the project may have the same name.
+macro_rules! paths {
+    ($($name:ident($($value:ty: $domain:expr),*) -> $result:ty = $function:expr;)*) => {
+        [$(concat!("canaries::", stringify!($name))),*]
+    };
+}
+const PATHS: [&str; MEANINGS.len()] = for_each_canary!(paths);
+
 fn canaries() -> Vec<Canary> {
     const LIST: &[Kernel] = for_each_canary!(table);
-    let canary = |(&kernel, meaning): (&Kernel, relievo_kernel::canary::Meaning)| Canary {
-        kernel,
+    let all = LIST.iter().zip(PATHS).zip(MEANINGS);
+    all.map(|((&kernel, name), meaning)| Canary {
+        kernel: Kernel { name, ..kernel },
         required: meaning.required,
         tells: meaning.tells,
-    };
-    LIST.iter().zip(MEANINGS).map(canary).collect()
+    })
+    .collect()
 }
 
 fn adapter_is_required(value: Option<String>) -> Result<bool, SessionError> {
@@ -199,8 +223,9 @@ mod tests {
 
     #[test]
     fn canaries_are_named_by_their_meanings() {
+        assert_eq!(canaries().len(), MEANINGS.len());
         for (canary, meaning) in canaries().iter().zip(MEANINGS) {
-            assert_eq!(canary.kernel.name, meaning.name);
+            assert_eq!(canary.kernel.name, format!("canaries::{}", meaning.name));
         }
     }
 }

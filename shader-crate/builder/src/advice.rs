@@ -187,7 +187,12 @@ pub fn of_panic(message: &str) -> Advice {
     let (what, instead) = if message.starts_with("index out of bounds") {
         (
             "a checked index",
-            "limit the index yourself and read with spirv_std::arch::IndexUnchecked: unsafe { *words.index_unchecked(i) }. A check that the optimiser can decide, such as that of a constant, is allowed",
+            "take an array apart: let [a, b, c] = x. Of a buffer, limit the index yourself and read with spirv_std::arch::IndexUnchecked: unsafe { *words.index_unchecked(i) }. A check that the optimiser can decide, such as that of a constant, is allowed",
+        )
+    } else if message.contains("hint::unreachable_unchecked") {
+        (
+            "a loop over a range of i32, whose steps the optimiser cannot prove",
+            "count with u32, for i in 0..20_u32, or with while",
         )
     } else if message.starts_with("attempt to divide by zero")
         || message.starts_with("attempt to calculate the remainder with a divisor of zero")

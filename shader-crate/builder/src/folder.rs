@@ -43,6 +43,12 @@ pub fn compile(project: &Project, target_folder: &Path) -> Result<Files> {
             for (entry_point, words) in compiled {
                 let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
                 let file = format!("{folder}/{}.spv", file_stem(&entry_point)?);
+                // On some systems, the same in upper and lower case are one file.
+                if let Some(other) = files.keys().find(|f| f.eq_ignore_ascii_case(&file)) {
+                    bail!(
+                        "{file} and {other} would be one file on some systems; rename an entry point"
+                    );
+                }
                 modules.insert(
                     file.clone(),
                     Module {

@@ -3,7 +3,7 @@
 use crate::place::ProjectArgument;
 use anyhow::{Context, Result, anyhow, bail};
 use clap::ValueEnum;
-use relievo_shader_manifest::{Manifest, Project};
+use relievo_shader_manifest::{Manifest, Project, changes};
 use relievo_translate::{Target, translate};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -48,6 +48,13 @@ type File = (String, Vec<u8>);
 
 pub fn run(arguments: &Arguments) -> Result<ExitCode> {
     let project = arguments.project.load()?;
+    let changes = changes(&project)?;
+    if !changes.is_empty() {
+        bail!(
+            "the compiled shaders are out of date; build them with `cargo relievo build`\n{}",
+            changes.join("\n")
+        );
+    }
     let targets = targets(&arguments.target);
     let files = files(&project, arguments.shader_crate.as_deref(), &targets)?;
     write(&arguments.output, &files)?;
@@ -109,7 +116,10 @@ fn files(project: &Project, only: Option<&str>, targets: &[Target]) -> Result<Ve
             let stem = module
                 .strip_prefix(&within)
                 .and_then(|file| file.strip_suffix(".spv"));
-            let Some(stem) = stem else { continue };
+            // Canaries serve tests.
+            let Some(stem) = stem.filter(|stem| !stem.starts_with("canaries.")) else {
+                continue;
+            };
             let path = project.shader_folder().join(module);
             let bytes = std::fs::read(&path).with_context(|| {
                 format!(

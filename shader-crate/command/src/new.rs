@@ -2,6 +2,7 @@
 
 use crate::place::checkout;
 use anyhow::{Context, Result, bail};
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -74,7 +75,11 @@ fn make(name: &str, folder: &Path, checkout: &Path) -> Result<()> {
             at()
         );
     }
-    let checkout = toml_path(checkout);
+    std::fs::create_dir_all(folder).with_context(at)?;
+    let checkout = toml_path(&relative(
+        &folder.canonicalize().with_context(at)?,
+        checkout,
+    ));
     for (file, text) in TEMPLATE {
         let path = folder.join(file);
         let text = text
@@ -85,6 +90,16 @@ fn make(name: &str, folder: &Path, checkout: &Path) -> Result<()> {
             .with_context(|| path.display().to_string())?;
     }
     Ok(())
+}
+
+/// Returns the path from a folder to another, or that one if they have no folder in common.
+fn relative(from: &Path, to: &Path) -> PathBuf {
+    let common = from.iter().zip(to).take_while(|(a, b)| a == b).count();
+    if common == 0 {
+        return to.to_path_buf();
+    }
+    let up = from.iter().skip(common).map(|_| "..");
+    up.map(OsStr::new).chain(to.iter().skip(common)).collect()
 }
 
 /// Returns a path as cargo reads it in a `Cargo.toml`, on every system.
@@ -200,5 +215,15 @@ mod tests {
         make("other", &empty, &checkout).unwrap();
         assert!(make("2d", &folder.path().join("2d"), &checkout).is_err());
         assert!(!folder.path().join("2d").exists());
+    }
+
+    #[test]
+    fn the_checkout_is_named_from_the_project() {
+        let path = |text: &str| PathBuf::from(text);
+        let of = |from: &str, to: &str| relative(&path(from), &path(to));
+        assert_eq!(of("/a/waves", "/a/relievo"), path("../relievo"));
+        assert_eq!(of("/a/b/waves", "/c/relievo"), path("../../../c/relievo"));
+        assert_eq!(of("/a", "/a/relievo"), path("relievo"));
+        assert_eq!(of("a", "b"), path("b"));
     }
 }

@@ -5,9 +5,9 @@ use std::path::{Path, PathBuf};
 
 /// Returns an error of the file at `path`.
 pub fn failed(path: &Path) -> impl FnOnce(std::io::Error) -> ManifestError {
-    |source| ManifestError::File {
+    |reason| ManifestError::File {
         path: path.to_path_buf(),
-        source,
+        reason,
     }
 }
 

@@ -40,9 +40,11 @@ pub fn locked(packages: &Packages, folder: &Path) -> Result<Vec<String>, Manifes
         })?;
         let name = text(package, "name");
         lines.insert(format!(
-            "{name} {} {}",
+            "{name} {} {} {}",
             text(package, "version"),
-            text(package, "checksum")
+            text(package, "checksum"),
+            // Of a git dependency: the commit.
+            text(package, "source")
         ));
         // The lock file lists what tests need, too, of a package in a folder.
         let local = packages

@@ -1,7 +1,7 @@
 //! Digests of what decides the modules of a project.
 
 use crate::error::ManifestError;
-use crate::files::{entries, read, wrong};
+use crate::files::{canonical, entries, read, read_toml, wrong};
 use crate::inherited::{inherited, of_workspace};
 use crate::lock::locked;
 use crate::manifest::digest;
@@ -58,7 +58,13 @@ pub fn source_digests(project: &Project) -> Result<BTreeMap<String, String>, Man
 
     let mut digests = BTreeMap::new();
     for (name, path) in files {
-        digests.insert(name, digest(&read(&path)?));
+        let digest = if path.ends_with("Cargo.toml") {
+            digest(decisive(&read_toml(&path)?).as_bytes())
+        } else {
+            // git may write other line ends.
+            digest(&without_carriage_returns(read(&path)?))
+        };
+        digests.insert(name, digest);
     }
     let mut part = |name: String, text: &str| digests.insert(name, digest(text.as_bytes()));
     part("Cargo.toml: metadata.relievo".to_string(), &project.section);
@@ -82,6 +88,54 @@ pub fn source_digests(project: &Project) -> Result<BTreeMap<String, String>, Man
         );
     }
     Ok(digests)
+}
+
+/// Returns the parts of a package's `Cargo.toml` that decide its code: not what only tests
+/// need, and not where its dependencies lie.
+fn decisive(manifest: &toml::Table) -> String {
+    let mut parts = toml::Table::new();
+    let mut package = manifest.get("package").cloned();
+    if let Some(package) = package.as_mut().and_then(toml::Value::as_table_mut) {
+        package.retain(|key, _| ["name", "edition", "version", "build", "links"].contains(&key));
+    }
+    parts.extend(package.map(|package| ("package".to_string(), package)));
+    for key in [
+        "lib",
+        "features",
+        "dependencies",
+        "build-dependencies",
+        "target",
+    ] {
+        parts.extend(
+            manifest
+                .get(key)
+                .map(|part| (key.to_string(), part.clone())),
+        );
+    }
+    remove_paths(&mut parts);
+    canonical(&toml::Value::Table(parts))
+}
+
+/// Removes what only tests need, and the paths of dependencies.
+fn remove_paths(table: &mut toml::Table) {
+    table.remove("dev-dependencies");
+    for key in ["dependencies", "build-dependencies"] {
+        let dependencies = table.get_mut(key).and_then(toml::Value::as_table_mut);
+        for (_, dependency) in dependencies.into_iter().flatten() {
+            if let Some(dependency) = dependency.as_table_mut() {
+                dependency.remove("path");
+            }
+        }
+    }
+    let targets = table.get_mut("target").and_then(toml::Value::as_table_mut);
+    for (_, target) in targets.into_iter().flatten() {
+        target.as_table_mut().into_iter().for_each(remove_paths);
+    }
+}
+
+fn without_carriage_returns(mut bytes: Vec<u8>) -> Vec<u8> {
+    bytes.retain(|&byte| byte != b'\r');
+    bytes
 }
 
 /// Returns the folders of a package's sources: `src`, and that of its library if it lies

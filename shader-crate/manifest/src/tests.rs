@@ -350,33 +350,40 @@ fn what_decides_the_modules_is_seen() {
     let locked = "user: locked dependencies";
     is_seen("user/Cargo.lock", "0.34.2", "0.34.3", &[locked]);
     is_seen("user/Cargo.lock", "cccc", "eeee", &[locked]);
-    // The project's Cargo.toml has its sections and is a source itself.
+    is_seen(
+        "user/Cargo.lock",
+        "index\"\nchecksum = \"cccc",
+        "fork\"\nchecksum = \"cccc",
+        &[locked],
+    );
+    // What the project's Cargo.toml says of its code, and its sections.
     let own = "Cargo.toml";
     let section = "Cargo.toml: metadata.relievo";
     is_seen(
         "user/Cargo.toml",
-        "[\"table.txt\", \"more\"]",
-        "[\"table.txt\", \"more\"] # A",
+        "near = {",
+        "near = { features = [\"a\"],",
         &[own],
     );
+    is_seen("user/Cargo.toml", ", optional = true", "", &[own]);
     is_seen(
         "user/Cargo.toml",
         ", \"more\"",
         "",
-        &[own, section, "more/one.rs"],
+        &[section, "more/one.rs"],
     );
     let profile = "user: profile, resolver and patches";
     is_seen(
         "user/Cargo.toml",
         "opt-level = 3",
         "opt-level = 2",
-        &[own, profile],
+        &[profile],
     );
 }
 
 #[test]
 fn what_only_tests_need_is_not_seen() {
-    let unseen: [(&str, &str, &str); 6] = [
+    let unseen: [(&str, &str, &str); 10] = [
         (
             "checkout/tools/src/lib.rs",
             "",
@@ -385,6 +392,14 @@ fn what_only_tests_need_is_not_seen() {
         ("checkout/exact/src/deep/tests.rs", "", "// A"),
         ("checkout/exact/tests/all.rs", "", "// A"),
         ("checkout/Cargo.toml", "serde = \"1\"", "serde = \"1.1\""),
+        ("user/Cargo.toml", "serde = \"1\"", "serde = \"1.1\""),
+        ("user/Cargo.toml", "[dependencies]", "# A\n[dependencies]"),
+        (
+            "user/Cargo.toml",
+            "path = \"near\"",
+            "path = \"../user/near\"",
+        ),
+        ("user/src/lib.rs", "pub mod light;", "pub mod light;\r"),
         ("user/Cargo.lock", "dddd", "ffff"),
         ("user/Cargo.lock", "bbbb", "ffff"),
     ];

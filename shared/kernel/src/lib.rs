@@ -1,6 +1,6 @@
 //! Lists of functions that must give the same words on GPU and CPU, compiled for both.
 //!
-//! The attribute [`kernel`] (feature `macros`) makes of a function a compute shader, a
+//! The attribute [`kernel`] (feature `macros`) turns a function into a compute shader, a
 //! [`Kernel`] for the CPU and a test that compares both (see `relievo-test`):
 //!
 //! ```
@@ -86,6 +86,60 @@ impl Argument {
             parts: &[],
         }
     }
+
+    /// Returns an argument like `default`, with values of `domain`.
+    ///
+    /// # Panics
+    /// At compile time, where it is a constant: if the domain is of integers and the argument
+    /// has floats, or the other way round; if it is empty; if it is of unit vectors and the
+    /// argument is none.
+    pub const fn given(default: Argument, domain: Domain) -> Argument {
+        let fits = match domain.kind {
+            Kind::Bits => true,
+            Kind::Integer { low, high } => {
+                assert!(
+                    low <= high,
+                    "the domain is empty: its low end is above the high one"
+                );
+                default.is_of(true)
+            }
+            Kind::Range { low, high } => {
+                assert!(
+                    low <= high,
+                    "the domain is empty: its low end is above the high one"
+                );
+                default.is_of(false)
+            }
+            Kind::UnitVector => {
+                assert!(
+                    default.words.is_multiple_of(3),
+                    "unit vectors have three components"
+                );
+                default.is_of(false)
+            }
+            Kind::Magnitude { .. } | Kind::NonZero { .. } => default.is_of(false),
+        };
+        assert!(
+            fits,
+            "the values are not of the argument's type: write 0.0..=1.0 for f32, 0..=9 for integers, and #[domain(..)] at the fields of a struct that has both"
+        );
+        Argument::new(default.words, domain)
+    }
+
+    /// Returns whether all its words are integers, or all floats.
+    const fn is_of(&self, integers: bool) -> bool {
+        if self.parts.is_empty() {
+            return matches!(self.domain.kind, Kind::Integer { .. }) == integers;
+        }
+        let mut i = 0;
+        while i < self.parts.len() {
+            if !self.parts[i].is_of(integers) {
+                return false;
+            }
+            i += 1;
+        }
+        true
+    }
 }
 
 /// A function for the CPU; the compute shader of the same name is the same function.
@@ -115,8 +169,13 @@ pub fn for_each_input<R: ToWords>(
     let inputs = inputs.chunks_exact(input_words.max(1) as usize);
     let outputs = outputs.chunks_exact_mut(R::WORDS.max(1) as usize);
     for (input, output) in inputs.zip(outputs) {
-        let result = function(&mut Reader(input.iter()));
-        result.write(&mut Writer(output.iter_mut()));
+        let (mut reader, mut writer) = (Reader(input.iter()), Writer(output.iter_mut()));
+        function(&mut reader).write(&mut writer);
+        // On a GPU, whose buffers are read unchecked, a wrong number would go astray.
+        assert!(
+            reader.0.len() == 0 && writer.0.len() == 0,
+            "an implementation of FromWords or ToWords has another number of words than it says"
+        );
     }
 }
 

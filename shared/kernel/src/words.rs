@@ -19,7 +19,7 @@ pub trait Sink {
 pub trait FromWords: Sized {
     /// Number of words.
     const WORDS: u32;
-    /// Values that are tried where the list of kernels says nothing.
+    /// The default values to try.
     const ARGUMENT: Argument = Argument::new(Self::WORDS, domain::NUMBER);
     /// Reads the value from a source.
     fn read<S: Source>(source: &mut S) -> Self;

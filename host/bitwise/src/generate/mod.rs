@@ -78,7 +78,7 @@ impl Distribution {
 
 /// An argument with an invalid domain.
 #[derive(Debug, thiserror::Error)]
-#[error("kernel {kernel:?}, domain {domain:?}: {message}; correct it in the list of kernels")]
+#[error("kernel {kernel:?}, domain {domain:?}: {message}; correct the domain")]
 pub struct DomainError {
     /// The kernel.
     pub kernel: &'static str,

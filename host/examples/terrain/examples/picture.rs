@@ -2,13 +2,14 @@
 //! `cargo run --release -p terrain --example picture -- out/terrain.png`.
 
 use glam::UVec2;
-use image::{ImageError, Rgb, RgbImage};
+use image::{Rgb, RgbImage};
 use rayon::prelude::*;
+use std::path::Path;
 use terrain::view::{View, color};
 
 const SIZE: UVec2 = UVec2::new(640, 400);
 
-fn main() -> Result<(), ImageError> {
+fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = std::env::args().nth(1).unwrap_or("terrain.png".to_string());
     let view = View::overlook(10.0);
     let pixels: Vec<_> = (0..SIZE.x * SIZE.y)
@@ -19,7 +20,10 @@ fn main() -> Result<(), ImageError> {
         let linear = pixels[(y * SIZE.x + x) as usize];
         Rgb([linear.x, linear.y, linear.z].map(|channel| (255.0 * encode(channel)).round() as u8))
     });
-    picture.save(path)
+    if let Some(folder) = Path::new(&path).parent() {
+        std::fs::create_dir_all(folder)?;
+    }
+    Ok(picture.save(path)?)
 }
 
 /// Returns the sRGB code of a linear channel.

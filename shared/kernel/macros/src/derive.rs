@@ -111,7 +111,7 @@ fn part(field: &Field) -> Result<TokenStream> {
     };
     let domain = domain(&name, &attribute.parse_args::<Expr>()?)?;
     Ok(quote! {
-        ::relievo_kernel::Argument::new(<#ty as ::relievo_kernel::FromWords>::WORDS, #domain)
+        ::relievo_kernel::Argument::given(<#ty as ::relievo_kernel::FromWords>::ARGUMENT, #domain)
     })
 }
 

@@ -82,16 +82,16 @@ pub(crate) fn expand(attribute: TokenStream, function: TokenStream) -> Result<To
             #[allow(unused_imports)]
             use super::*;
 
-            const INPUT: u32 = 0 #(+ <#types as ::relievo_kernel::FromWords>::WORDS)*;
+            const __INPUT_WORDS: u32 = 0 #(+ <#types as ::relievo_kernel::FromWords>::WORDS)*;
 
             /// The function, and its arguments.
             pub const KERNEL: ::relievo_kernel::Kernel = ::relievo_kernel::Kernel {
                 name: #text,
                 arguments: &[#(#values),*],
-                input_words: INPUT,
+                input_words: __INPUT_WORDS,
                 output_words: <#result as ::relievo_kernel::ToWords>::WORDS,
                 run: |inputs, outputs| {
-                    ::relievo_kernel::for_each_input(INPUT, inputs, outputs, |source| #read(source))
+                    ::relievo_kernel::for_each_input(__INPUT_WORDS, inputs, outputs, |source| #read(source))
                 },
             };
 
@@ -111,7 +111,7 @@ pub(crate) fn expand(attribute: TokenStream, function: TokenStream) -> Result<To
             ) {
                 // SAFETY: the runner binds the words of all invocations.
                 unsafe {
-                    ::relievo_kernel::buffers::run(id.x, INPUT, inputs, outputs, |source| {
+                    ::relievo_kernel::buffers::run(id.x, __INPUT_WORDS, inputs, outputs, |source| {
                         #read(source)
                     });
                 }
@@ -199,6 +199,6 @@ fn described(argument: &Argument, given: &Punctuated<Given, Token![,]>) -> Resul
     }
     let domain = domain(&name, &values.values)?;
     Ok(quote! {
-        ::relievo_kernel::Argument::new(<#ty as ::relievo_kernel::FromWords>::WORDS, #domain)
+        ::relievo_kernel::Argument::given(<#ty as ::relievo_kernel::FromWords>::ARGUMENT, #domain)
     })
 }

@@ -6,9 +6,9 @@ mod kernel;
 
 use proc_macro::TokenStream;
 
-/// Makes a function a kernel: a function whose words on GPU and CPU are compared.
+/// Turns a function into a kernel: its words on GPU and CPU are compared.
 ///
-/// Beside the function `f` stands then a module of its name with
+/// Next to the function `f` it writes a module `f` with
 ///
 /// - `f::KERNEL`, a `relievo_kernel::Kernel`, which runs it on the CPU,
 /// - a compute shader, where the target is SPIR-V,
