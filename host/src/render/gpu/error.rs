@@ -32,6 +32,7 @@ impl From<DeviceError> for RenderError {
             },
             error @ (DeviceError::Module { .. }
             | DeviceError::Kernel { .. }
+            | DeviceError::Picture { .. }
             | DeviceError::Domain(_)) => RenderError::Device {
                 adapter: "the shaders built in".to_string(),
                 message: error.to_string(),
