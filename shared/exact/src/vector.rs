@@ -117,7 +117,7 @@ impl Vector for Vec4 {
 #[inline]
 pub fn length<V: Vector>(v: V) -> f32 {
     const UP: f32 = 1.267_650_6e30; // 2¹⁰⁰
-    const DOWN: f32 = 1.0 / UP;
+    const DOWN: f32 = 7.888_609e-31; // 2⁻¹⁰⁰
     const SMALL: f32 = 9.094_947e-13; // 2⁻⁴⁰
     const LARGE: f32 = 1.152_921_5e18; // 2⁶⁰
     let v = v.finite();
