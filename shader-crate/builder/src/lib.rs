@@ -28,6 +28,7 @@ pub mod compile;
 pub mod debug;
 pub mod exact;
 pub mod folder;
+pub mod loops;
 pub mod packages;
 pub mod panics;
 pub mod refusal;
