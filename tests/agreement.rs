@@ -2,7 +2,7 @@
 //! kind of shaders. A missing adapter is a failure: see `tests/run`.
 
 use relievo::prepare::prepare;
-use relievo::render::gpu::{Adapter, Choice, Shaders};
+use relievo::render::gpu::{Adapter, Choice, Shaders, signature};
 use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo::verify::{Agreement, compare};
@@ -34,10 +34,12 @@ fn agreement(path: &Path, found: &Adapter, shaders: Shaders) -> Agreement {
 fn gpu_pictures_are_cpu_pictures() {
     let mut wrong = Vec::new();
     for found in every_adapter() {
-        let variants = [Shaders::Exact, Shaders::Fast, Shaders::Portable];
+        let fuses =
+            found.takes_spirv() && Shaders::Fused.suit(&signature(&found.open().unwrap()).unwrap());
         for scene in scenes() {
-            for shaders in variants {
-                if shaders.is_untouched() && !found.takes_spirv() {
+            for shaders in Shaders::ALL {
+                let is_taken = found.takes_spirv() || !shaders.is_untouched();
+                if !is_taken || (shaders == Shaders::Fused && !fuses) {
                     continue;
                 }
                 let agreement = agreement(&scene, &found, shaders);
@@ -47,7 +49,7 @@ fn gpu_pictures_are_cpu_pictures() {
                         <= LARGEST_SHARE * agreement.color.inputs as f64
                     && agreement.largest_color_difference <= LARGEST_COLOR_DIFFERENCE
                     && agreement.largest_distance_difference <= LARGEST_DISTANCE_DIFFERENCE;
-                if !close || (shaders == Shaders::Exact && !agreement.is_exact()) {
+                if !close || (shaders.is_exact() && !agreement.is_exact()) {
                     wrong.push(format!(
                         "{}, {shaders:?}, {}: {agreement:?}",
                         found.describe(),

@@ -256,6 +256,7 @@ macro_rules! renderer {
 
 renderer!(native);
 renderer!(corrected);
+renderer!(fused);
 
 type Render = fn(&Prepared) -> Picture;
 
@@ -284,7 +285,7 @@ fn exact_operations_draw_what_the_renderer_draws() {
         let expected = Picture::of_renderer(prepared);
         let covered = expected.0.iter().filter(|pixel| pixel[0][3] != 0).count();
         assert!(covered > 500, "{}: {covered} pixels", prepared.name);
-        for render in [native::render, corrected::render] {
+        for render in [native::render, corrected::render, fused::render] {
             let different = render(prepared).different_words(&expected);
             assert_eq!(different, 0, "{}", prepared.name);
         }
@@ -305,15 +306,17 @@ fn inaccurate_division_changes_native_pictures_only() {
     for ulps in [1, 3] {
         assert_caught(&different_words(native::render, Mode::DivisionOff(ulps)));
     }
-    for ulps in [3, 8] {
-        let different = different_words(corrected::render, Mode::DivisionOff(ulps));
-        assert!(different.iter().all(|&d| d == 0), "{different:?}");
+    for render in [corrected::render as Render, fused::render] {
+        for ulps in [3, 8] {
+            let different = different_words(render, Mode::DivisionOff(ulps));
+            assert!(different.iter().all(|&d| d == 0), "{different:?}");
+        }
     }
 }
 
 #[test]
 fn flushing_denormals_changes_nothing() {
-    for render in [native::render as Render, corrected::render] {
+    for render in [native::render as Render, corrected::render, fused::render] {
         let different = different_words(render, Mode::FlushToZero);
         assert!(different.iter().all(|&d| d == 0), "{different:?}");
     }

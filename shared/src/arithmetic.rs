@@ -15,7 +15,9 @@
 pub use crate::double::{abs, clamp, div, max, min, normalize_or, sqrt};
 use crate::{Real, Vec3};
 #[cfg(not(feature = "double"))]
-pub use relievo_exact::{abs, clamp, div, max, min, normalize_or, sqrt};
+pub use relievo_exact::moderate::{div, normalize_or, sqrt};
+#[cfg(not(feature = "double"))]
+pub use relievo_exact::{abs, clamp, max, min};
 
 /// Returns the largest integer not above `x`, for |x| < 2³⁰; larger magnitudes
 /// saturate near ±2³⁰.

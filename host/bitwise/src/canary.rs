@@ -90,6 +90,12 @@ impl Signature {
         required.peek().is_some() && required.all(|told| told.different == 0)
     }
 
+    /// Returns whether the canary `name` is there and does not differ.
+    pub fn passes(&self, name: &str) -> bool {
+        let is_passed = |told: &Told| told.name == name && told.different == 0;
+        self.told.iter().any(is_passed)
+    }
+
     /// Returns all results in one line: "multiply_add exact, denormal differs".
     pub fn describe(&self) -> String {
         let told: Vec<String> = self

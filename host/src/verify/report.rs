@@ -198,7 +198,7 @@ impl ModuleReport {
     pub fn new(shaders: Shaders) -> ModuleReport {
         ModuleReport {
             shaders: shaders.describe().to_string(),
-            promises: shaders == Shaders::Exact,
+            promises: shaders.is_exact(),
             words: 0,
             different: 0,
             kernels: Vec::new(),

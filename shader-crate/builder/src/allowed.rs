@@ -24,11 +24,13 @@ pub const ARITHMETIC: [u32; 6] = [
     op::VECTOR_TIMES_SCALAR,
 ];
 
-/// The driver's functions, of which the exact module may contain the square root.
+/// The driver's functions, of which the exact module may contain the square root and the
+/// fused sum.
 pub const DRIVER_SET: &str = "GLSL.std.450";
 const SQRT: u32 = 31;
+const FMA: u32 = 50;
 
-/// Opcodes allowed in the exact module beside [`ARITHMETIC`] and [`SQRT`]:
+/// Opcodes allowed in the exact module beside [`ARITHMETIC`], [`SQRT`] and [`FMA`]:
 /// structure, integers, comparisons, control flow, and conversions between i32 or u32
 /// and f32.
 const OTHER: &[u32] = &[
@@ -81,7 +83,7 @@ impl Operation {
             Operation::Instruction(opcode) => {
                 ARITHMETIC.contains(&opcode) || OTHER.contains(&opcode)
             }
-            Operation::Driver(number) => number == SQRT,
+            Operation::Driver(number) => matches!(number, SQRT | FMA),
             Operation::Float(width) => width == 32,
         }
     }
@@ -90,7 +92,7 @@ impl Operation {
     pub fn is_corrected(self) -> bool {
         matches!(
             self,
-            Operation::Instruction(op::F_DIV) | Operation::Driver(SQRT)
+            Operation::Instruction(op::F_DIV) | Operation::Driver(SQRT | FMA)
         )
     }
 }

@@ -3,7 +3,7 @@
 use crate::packages::Packages;
 use crate::refusal::Refusals;
 use crate::shader_crate::{ShaderCrate, Variant};
-use crate::{arms, exact, rust_gpu, words};
+use crate::{arms, exact, loops, rust_gpu, words};
 use anyhow::{Context, Result};
 use std::collections::BTreeMap;
 
@@ -15,17 +15,17 @@ use std::collections::BTreeMap;
 /// If rust-gpu does not compile the crate, or with [`Refusals`] if it is not exact.
 pub fn compile(shaders: &ShaderCrate, variant: Variant) -> Result<BTreeMap<String, Vec<u32>>> {
     let mut modules = rust_gpu::run(shaders, variant)?;
-    if variant == Variant::Exact {
+    if variant != Variant::Fast {
         let packages = Packages::of(&shaders.folder)?;
         let mut refusals = Refusals::default();
         for (entry_point, words) in &mut modules {
             *words = exact::make(entry_point, words, &packages, &mut refusals)
-                .with_context(|| format!("the exact module of {entry_point}"))?;
+                .with_context(|| format!("the {} module of {entry_point}", variant.name()))?;
         }
         refusals.into_result()?;
     }
     for (entry_point, words) in &mut modules {
-        *words = arms::remove_empty(words)?;
+        *words = loops::leave_at_head(&arms::remove_empty(words)?)?;
         words::validate(words)
             .with_context(|| format!("the {} module of {entry_point}", variant.name()))?;
     }

@@ -3,7 +3,7 @@
 
 use crate::compile::compile as compile_crate;
 use crate::rust_gpu::{RUST_GPU, TARGET, rustc_version};
-use crate::shader_crate::{ShaderCrate, Variant};
+use crate::shader_crate::{FUSED, ShaderCrate, Variant};
 use anyhow::{Context, Result, bail};
 use cargo_metadata::MetadataCommand;
 use relievo_shader_manifest::{
@@ -26,17 +26,17 @@ pub fn compile(project: &Project, target_folder: &Path) -> Result<Files> {
     let mut files = Files::new();
     let mut modules = BTreeMap::new();
     let mut folders = BTreeMap::new();
-    renew_locks(project)?;
+    let variants = variants(project)?;
     // Before minutes of compilation.
     let sources = source_digests(project)?;
     let rustc = rustc_version()?;
-    for shaders in &project.crates {
+    for (shaders, variants) in project.crates.iter().zip(variants) {
         let shader_crate = ShaderCrate {
             folder: shaders.folder.clone(),
             features: Vec::new(),
             target_folder: target_folder.to_path_buf(),
         };
-        for variant in [Variant::Fast, Variant::Exact] {
+        for variant in variants {
             let folder = format!("{}_{}", shaders.name, variant.name());
             let compiled = compile_crate(&shader_crate, variant)
                 .with_context(|| format!("the shader crate {}", shaders.name))?;
@@ -79,16 +79,23 @@ pub fn compile(project: &Project, target_folder: &Path) -> Result<Files> {
     Ok(files)
 }
 
-/// Lets cargo bring the lock files up to date: their digests are taken before it compiles.
-fn renew_locks(project: &Project) -> Result<()> {
-    for shaders in &project.crates {
+/// Returns the variants of each crate. Cargo brings the lock files up to date, too: their
+/// digests are taken before it compiles.
+fn variants(project: &Project) -> Result<Vec<Vec<Variant>>> {
+    let of = |shaders: &relievo_shader_manifest::ShaderCrate| {
         let manifest_path = shaders.folder.join("Cargo.toml");
-        MetadataCommand::new()
+        let metadata = MetadataCommand::new()
             .manifest_path(&manifest_path)
             .exec()
             .with_context(|| format!("cargo metadata of {}", shaders.path))?;
-    }
-    Ok(())
+        let mut packages = metadata.packages.iter();
+        let package = packages.find(|package| package.manifest_path == manifest_path);
+        let is_fused = package.is_some_and(|package| package.features.contains_key(FUSED));
+        let mut variants = vec![Variant::Fast, Variant::Exact];
+        variants.extend(is_fused.then_some(Variant::Fused));
+        Ok(variants)
+    };
+    project.crates.iter().map(of).collect()
 }
 
 /// Returns the file name of an entry point, without extension. A function in a module has

@@ -14,15 +14,22 @@ pub const RUST_GPU: &str = "0.11.0";
 pub const TARGET: &str = "spirv-unknown-vulkan1.1";
 
 /// Compiles a shader crate with rust-gpu. Returns the words of one module for each entry
-/// point; those of the exact variant are not optimised.
+/// point; those of the exact variants are not optimised.
 pub fn run(shaders: &ShaderCrate, variant: Variant) -> Result<BTreeMap<String, Vec<u32>>> {
     let mut features = shaders.features.clone();
+    features.extend(variant.features().iter().map(|name| name.to_string()));
+    // What does not depend on features is compiled once.
+    let target_folder = if variant == Variant::Fast {
+        "fast"
+    } else {
+        "exact"
+    };
     let mut spirv = SpirvBuilder::new(&shaders.folder, TARGET)
         .multimodule(true)
         .spirv_metadata(SpirvMetadata::None)
-        .target_dir_path(shaders.target_folder.join(variant.name()));
+        .target_dir_path(shaders.target_folder.join(target_folder));
     spirv.toolchain_overwrite = Some(NIGHTLY.to_string());
-    if variant == Variant::Exact {
+    if variant != Variant::Fast {
         // The exact module is optimised after it is decorated. Without spirv-opt nothing
         // strips debug information, which tells where operations come from.
         spirv.extra_args = vec!["--no-spirv-opt".to_string()];
@@ -31,7 +38,6 @@ pub fn run(shaders: &ShaderCrate, variant: Variant) -> Result<BTreeMap<String, V
             print_inputs: false,
             print_backtrace: true,
         };
-        features.push("corrected".to_string());
     }
     let spirv = spirv.shader_crate_features(features);
     let (result, errors) = with_stderr(|| spirv.build())?;

@@ -1,14 +1,20 @@
-//! A shader crate and its two variants.
+//! A shader crate and its variants.
 
 use std::path::PathBuf;
 
-/// The two ways to compile a shader crate.
+/// The feature of crates that are compiled as [`Variant::Fused`], too.
+pub const FUSED: &str = "fused";
+
+/// The ways to compile a shader crate.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub enum Variant {
     /// Optimised freely; refuses nothing.
     Fast,
     /// Gives the CPU's words.
     Exact,
+    /// The same on devices that fuse sums, with fewer instructions: for crates with a
+    /// feature `fused`.
+    Fused,
 }
 
 impl Variant {
@@ -17,6 +23,16 @@ impl Variant {
         match self {
             Variant::Fast => "fast",
             Variant::Exact => "exact",
+            Variant::Fused => "fused",
+        }
+    }
+
+    /// Returns the features of its own.
+    pub fn features(self) -> &'static [&'static str] {
+        match self {
+            Variant::Fast => &[],
+            Variant::Exact => &["corrected"],
+            Variant::Fused => &["corrected", FUSED],
         }
     }
 
@@ -29,6 +45,9 @@ impl Variant {
             Variant::Exact => {
                 "division and square root corrected, every float operation NoContraction, then optimised; opcodes from an allow-list"
             }
+            Variant::Fused => {
+                "as the exact modules, with division and square root corrected by fused sums, for devices that have them"
+            }
         }
     }
 }
@@ -38,7 +57,7 @@ impl Variant {
 pub struct ShaderCrate {
     /// The folder of its `Cargo.toml`.
     pub folder: PathBuf,
-    /// The features of both variants. The exact one has `corrected` besides.
+    /// The features of all variants. The exact ones have `corrected` besides, and `fused`.
     pub features: Vec<String>,
     /// The folder for what cargo builds.
     pub target_folder: PathBuf,

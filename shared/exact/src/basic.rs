@@ -3,10 +3,16 @@
 #[cfg(not(any(feature = "corrected", target_arch = "spirv")))]
 use crate::bits::SIGN;
 use crate::bits::{LARGEST_BELOW_ONE, finite, scaled};
+#[cfg(all(feature = "fused", target_arch = "spirv"))]
+use crate::fused as correction;
+#[cfg(not(feature = "corrected"))]
 use crate::native::{native_div, native_sqrt};
 use crate::pair::two_product;
-#[cfg(any(feature = "corrected", not(target_arch = "spirv")))]
-use crate::rounding::Division;
+#[cfg(all(
+    feature = "corrected",
+    not(all(feature = "fused", target_arch = "spirv"))
+))]
+use crate::rounding as correction;
 use crate::rounding::Root;
 
 /// Returns `a / b`, rounded to nearest. A quotient that is not a normal number is 0
@@ -22,19 +28,10 @@ use crate::rounding::Root;
 pub fn div(a: f32, b: f32) -> f32 {
     #[cfg(feature = "corrected")]
     {
-        corrected(a, b)
+        correction::div(a, b)
     }
     #[cfg(not(feature = "corrected"))]
     saturate(native_div(a, b), a, b)
-}
-
-/// Returns the result of [`div`] from the device's quotient of the mantissas.
-#[cfg(any(feature = "corrected", not(target_arch = "spirv")))]
-#[inline]
-fn corrected(a: f32, b: f32) -> f32 {
-    let division = Division::new(a, b);
-    let (x, y) = division.mantissas();
-    division.rounded(native_div(x, y))
 }
 
 /// Returns `quotient`, or the result of [`div`] if it or an operand is not a normal number.
@@ -50,12 +47,12 @@ fn saturate(quotient: f32, a: f32, b: f32) -> f32 {
     }
 }
 
-/// [`corrected`], out of the way of the usual case.
+/// The corrected quotient, out of the way of the usual case.
 #[cfg(not(any(feature = "corrected", target_arch = "spirv")))]
 #[cold]
 #[inline(never)]
 fn unusual(a: f32, b: f32) -> f32 {
-    corrected(a, b)
+    crate::rounding::div(a, b)
 }
 
 #[cfg(all(target_arch = "spirv", not(feature = "corrected")))]
@@ -85,8 +82,7 @@ pub(crate) fn quotient((a, a_low): (f32, f32), (b, b_low): (f32, f32)) -> (f32, 
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(feature = "corrected")]
     {
-        let root = Root::new(max(x, 0.0));
-        root.rounded(native_sqrt(root.operand()))
+        correction::sqrt(max(x, 0.0))
     }
     #[cfg(all(target_arch = "spirv", not(feature = "corrected")))]
     {

@@ -45,7 +45,10 @@
 mod basic;
 mod bits;
 mod exponential;
+#[cfg(any(all(feature = "fused", target_arch = "spirv"), test))]
+mod fused;
 mod inverse;
+pub mod moderate;
 mod native;
 mod pair;
 pub mod rounding;

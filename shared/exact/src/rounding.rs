@@ -18,9 +18,31 @@
 
 use crate::bits::{EXPONENT, IMPLICIT, LARGEST, MANTISSA, ONE, SIGN};
 use crate::native::native_div;
+#[cfg(feature = "corrected")]
+use crate::native::native_sqrt;
 
 /// Largest error of an estimate that is corrected, ULP.
 pub const LARGEST_ERROR: u32 = 8;
+
+/// Returns `a / b`.
+#[cfg(not(all(feature = "fused", target_arch = "spirv")))]
+#[inline]
+pub(crate) fn div(a: f32, b: f32) -> f32 {
+    let division = Division::new(a, b);
+    let (x, y) = division.mantissas();
+    division.rounded(native_div(x, y))
+}
+
+/// Returns √`x`, `x` ≥ 0.
+#[cfg(all(
+    feature = "corrected",
+    not(all(feature = "fused", target_arch = "spirv"))
+))]
+#[inline]
+pub(crate) fn sqrt(x: f32) -> f32 {
+    let root = Root::new(x);
+    root.rounded(native_sqrt(root.operand()))
+}
 
 /// The operands of a division, which the device estimates without their exponents.
 #[derive(Clone, Copy, Debug)]

@@ -4,7 +4,7 @@
 //! tell devices apart.
 
 use crate::{Domain, Kind};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 
 /// Meaning of a difference between the words of device and CPU.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -26,13 +26,14 @@ const fn meaning(name: &'static str, required: bool, tells: &'static str) -> Mea
 }
 
 /// The meaning of each canary, in the order of the list.
-pub const MEANINGS: [Meaning; 11] = [
+pub const MEANINGS: [Meaning; 12] = [
     meaning("multiply_add", true, "a b + c is fused"),
     meaning("dot3", true, "a dot product is fused or reordered"),
     meaning("factoring", true, "a b + a c becomes a (b + c)"),
     meaning("cancelling", true, "(a + b) - a becomes b"),
     meaning("whole_number", true, "i32 to f32 is wrong"),
     meaning("truncation", true, "f32 to i32 is wrong"),
+    meaning("fused", false, "a fused a b + c is rounded twice"),
     meaning("third", false, "x / 3 is not rounded to nearest"),
     meaning("native_division", false, "a / b is not rounded to nearest"),
     meaning(
@@ -105,6 +106,11 @@ pub fn whole_number(x: u32) -> f32 {
 /// x without its fraction.
 pub fn truncation(x: f32) -> i32 {
     x as i32
+}
+
+/// a b + c by the device's fused sum, and a b less its own rounding, which is exact.
+pub fn fused(a: f32, b: f32, c: f32) -> Vec2 {
+    Vec2::new(libm::fmaf(a, b, c), libm::fmaf(a, b, -(a * b)))
 }
 
 /// x / 3 by the device's division.

@@ -242,6 +242,7 @@ macro_rules! for_each_canary {
             cancelling(f32: $crate::canary::NUMBER, f32: $crate::canary::NUMBER) -> f32 = $crate::canary::cancelling;
             whole_number(u32: $crate::canary::WHOLE) -> f32 = $crate::canary::whole_number;
             truncation(f32: $crate::canary::TRUNCATED) -> i32 = $crate::canary::truncation;
+            fused(f32: $crate::canary::NUMBER, f32: $crate::canary::NUMBER, f32: $crate::canary::NUMBER) -> $crate::glam::Vec2 = $crate::canary::fused;
             third(f32: $crate::canary::NUMBER) -> f32 = $crate::canary::third;
             native_division(f32: $crate::canary::NUMBER, f32: $crate::canary::NUMBER) -> f32 = $crate::canary::native_division;
             native_root(f32: $crate::canary::NUMBER) -> f32 = $crate::canary::native_root;

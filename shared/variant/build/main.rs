@@ -1,7 +1,8 @@
 //! Copies the files of `shared/src`, with those of `shared/exact/src` as their module
-//! `exact`, into one file, twice: with the target's own division and square root
-//! (`native`), and with those of the exact shaders (`corrected`). Every float operation
-//! becomes a call of `crate::operations`.
+//! `exact`, into one file, three times: with the target's own division and square root
+//! (`native`), with those of the exact shaders (`corrected`), and with those of the exact
+//! shaders for devices that fuse sums (`fused`). Every float operation becomes a call of
+//! `crate::operations`.
 
 mod rewriter;
 
@@ -18,22 +19,23 @@ const SKIPPED: [&str; 3] = ["kernels", "shaders", "techniques"];
 
 fn main() -> Result<(), Box<dyn Error>> {
     println!("cargo::rerun-if-changed=build");
-    let native = tree("native", false)?;
-    let corrected = tree("corrected", true)?;
+    let native = tree("native", &[])?;
+    let corrected = tree("corrected", &["corrected"])?;
+    let fused = tree("fused", &["corrected", "fused"])?;
     let output = PathBuf::from(std::env::var("OUT_DIR")?).join("trees.rs");
-    fs::write(output, native + &corrected)?;
+    fs::write(output, native + &corrected + &fused)?;
     Ok(())
 }
 
-/// Returns all modules of both packages as the module `name`.
-fn tree(name: &str, corrected: bool) -> Result<String, Box<dyn Error>> {
+/// Returns all modules of both packages, with these features, as the module `name`.
+fn tree(name: &str, features: &[&str]) -> Result<String, Box<dyn Error>> {
     let folder = Path::new(&std::env::var("CARGO_MANIFEST_DIR")?).join("..");
     let modules = |package, sources: &str| {
         let sources = folder.join(sources);
         println!("cargo::rerun-if-changed={}", sources.display());
         let tree = Tree {
             sources,
-            rewriter: Rewriter::new(package, name, corrected),
+            rewriter: Rewriter::new(package, name, features),
         };
         tree.items("lib.rs", "")
     };

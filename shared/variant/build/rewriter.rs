@@ -31,7 +31,7 @@ pub struct Rewriter<'a> {
     package: Package,
     file: &'a str,
     tree: &'a str,
-    corrected: bool,
+    features: &'a [&'a str],
     /// Inside what the compiler computes.
     is_constant: bool,
     /// What could not be rewritten.
@@ -39,14 +39,13 @@ pub struct Rewriter<'a> {
 }
 
 impl<'a> Rewriter<'a> {
-    /// For files of `package`, whose modules are in `crate::tree`; the feature `corrected`
-    /// is as given.
-    pub fn new(package: Package, tree: &'a str, corrected: bool) -> Rewriter<'a> {
+    /// For files of `package`, whose modules are in `crate::tree`, with these features.
+    pub fn new(package: Package, tree: &'a str, features: &'a [&'a str]) -> Rewriter<'a> {
         Rewriter {
             package,
             file: "",
             tree,
-            corrected,
+            features,
             is_constant: false,
             error: None,
         }
@@ -171,6 +170,10 @@ impl<'a> Rewriter<'a> {
         if segments[0].ident == "libm" && name == "sqrtf" {
             return Some(self.call("sqrt", call.span(), [call.args.first()?.clone()]));
         }
+        if segments[0].ident == "libm" && name == "fmaf" {
+            let [a, b, c] = [0, 1, 2].map(|i| call.args.get(i).cloned());
+            return Some(self.call("fused", call.span(), [a?, b?, c?]));
+        }
         let computes = self.file == ARITHMETIC || self.package == Package::Exact;
         if computes || !CALLED.contains(&name.as_str()) {
             return None;
@@ -198,7 +201,14 @@ impl<'a> Rewriter<'a> {
                     // `= "name"`.
                     tokens.next();
                     let name = tokens.next().map(|name| name.to_string());
-                    let is_on = self.corrected && name.as_deref() == Some("\"corrected\"");
+                    let name = name.as_deref().unwrap_or_default().trim_matches('"');
+                    let is_on = self.features.contains(&name);
+                    resolved.extend(if is_on { yes.clone() } else { no.clone() });
+                }
+                // Fused sums are compiled for devices only.
+                TokenTree::Ident(ident) if ident == "target_arch" => {
+                    tokens.nth(1);
+                    let is_on = self.features.contains(&"fused");
                     resolved.extend(if is_on { yes.clone() } else { no.clone() });
                 }
                 TokenTree::Ident(ident) if ident == "test" => resolved.extend(no.clone()),

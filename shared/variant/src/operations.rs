@@ -177,6 +177,12 @@ pub fn sqrt(x: f32, site: Site) -> f32 {
     scalar::sqrt(x, site)
 }
 
+/// `a · b + c`, rounded once.
+#[inline]
+pub fn fused(a: f32, b: f32, c: f32, _: Site) -> f32 {
+    a.mul_add(b, c)
+}
+
 /// Vectors with a scalar product.
 pub trait Dot {
     /// The scalar product.

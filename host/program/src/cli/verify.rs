@@ -14,7 +14,7 @@ use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::verify::kernels::{KERNELS, record};
 use relievo::verify::matrix::for_each_variant;
 use relievo::verify::{AdapterReport, ModuleReport, Report, compare};
-use relievo_bitwise::{Plan, Recorded, Runner, compare_kernel};
+use relievo_bitwise::{Plan, Recorded, Runner, Signature, compare_kernel};
 use std::path::PathBuf;
 
 /// Compiled shaders.
@@ -147,7 +147,7 @@ fn tested(arguments: &VerifyArguments) -> anyhow::Result<Vec<Tested>> {
         } else {
             None
         };
-        let shaders = shaders(arguments.shaders, &adapter)?;
+        let shaders = shaders(arguments.shaders, &adapter, signature.as_ref())?;
         let mut report = AdapterReport::new(&adapter, signature.as_ref());
         report.modules = shaders.iter().copied().map(ModuleReport::new).collect();
         tested.push(Tested {
@@ -232,16 +232,22 @@ fn compare_kernels(
 }
 
 /// Returns the shaders to compare: the requested ones, or all that the adapter supports.
-fn shaders(choice: ShaderChoice, adapter: &Adapter) -> anyhow::Result<Vec<Shaders>> {
+fn shaders(
+    choice: ShaderChoice,
+    adapter: &Adapter,
+    signature: Option<&Signature>,
+) -> anyhow::Result<Vec<Shaders>> {
     let wanted = match choice {
         ShaderChoice::All => Shaders::ALL.to_vec(),
-        ShaderChoice::Exact => vec![Shaders::Exact],
+        ShaderChoice::Exact => vec![Shaders::Exact, Shaders::Fused],
         ShaderChoice::Fast => vec![Shaders::Fast],
         ShaderChoice::Portable => vec![Shaders::Portable],
     };
+    let fuses = signature.is_some_and(|signature| Shaders::Fused.suit(signature));
     let possible: Vec<Shaders> = wanted
         .into_iter()
         .filter(|shaders| adapter.takes_spirv() || !shaders.is_untouched())
+        .filter(|&shaders| shaders != Shaders::Fused || fuses)
         .collect();
     if possible.is_empty() {
         bail!(

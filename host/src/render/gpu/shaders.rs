@@ -33,12 +33,13 @@ macro_rules! renderer {
     };
 }
 
-/// The exact and the fast file of each kernel of a list.
+/// The exact, the fused and the fast file of each kernel of a list.
 #[cfg(not(target_arch = "wasm32"))]
 macro_rules! kernel_files {
     ($($name:ident($($arguments:tt)*) -> $result:ty = $function:expr;)*) => {
         (
             files!("kernels_exact": $($name)*),
+            files!("kernels_fused": $($name)*),
             files!("kernels_fast": $($name)*),
         )
     };
@@ -47,19 +48,23 @@ macro_rules! kernel_files {
 type Files = &'static [&'static [u8]];
 #[cfg(not(target_arch = "wasm32"))]
 static EXACT: Files = for_each_search!(renderer "relievo_exact":);
+#[cfg(not(target_arch = "wasm32"))]
+static FUSED: Files = for_each_search!(renderer "relievo_fused":);
 static FAST: Files = for_each_search!(renderer "relievo_fast":);
 #[cfg(not(target_arch = "wasm32"))]
-static KERNELS: (Files, Files) = relievo_shared::for_each_kernel!(kernel_files);
+static KERNELS: (Files, Files, Files) = relievo_shared::for_each_kernel!(kernel_files);
 #[cfg(not(target_arch = "wasm32"))]
-static CANARY_KERNELS: (Files, Files) = for_each_canary!(kernel_files);
+static CANARY_KERNELS: (Files, Files, Files) = for_each_canary!(kernel_files);
 
 // Browsers do not take SPIR-V unchanged: modules for Vulkan only are left out there.
 #[cfg(target_arch = "wasm32")]
 static EXACT: Files = &[];
 #[cfg(target_arch = "wasm32")]
-static KERNELS: (Files, Files) = (&[], &[]);
+static FUSED: Files = &[];
 #[cfg(target_arch = "wasm32")]
-static CANARY_KERNELS: (Files, Files) = (&[], &[]);
+static KERNELS: (Files, Files, Files) = (&[], &[], &[]);
+#[cfg(target_arch = "wasm32")]
+static CANARY_KERNELS: (Files, Files, Files) = (&[], &[], &[]);
 
 /// Every canary, with its meaning.
 static CANARIES: LazyLock<Vec<Canary>> = LazyLock::new(|| {
@@ -79,6 +84,9 @@ static CANARIES: LazyLock<Vec<Canary>> = LazyLock::new(|| {
 pub enum Shaders {
     /// The exact module, untouched: the CPU's words. Vulkan only.
     Exact,
+    /// The same with fewer instructions, for devices that fuse sums: the canary `fused`
+    /// tells. Vulkan only.
+    Fused,
     /// The freely optimised module, untouched. Vulkan only.
     Fast,
     /// The freely optimised module through naga, which every backend of wgpu takes.
@@ -87,12 +95,18 @@ pub enum Shaders {
 
 impl Shaders {
     /// Every one.
-    pub const ALL: [Shaders; 3] = [Shaders::Exact, Shaders::Fast, Shaders::Portable];
+    pub const ALL: [Shaders; 4] = [
+        Shaders::Exact,
+        Shaders::Fused,
+        Shaders::Fast,
+        Shaders::Portable,
+    ];
 
     /// Returns the name shown to users.
     pub fn describe(self) -> &'static str {
         match self {
             Shaders::Exact => "exact shaders",
+            Shaders::Fused => "exact shaders with fused sums",
             Shaders::Fast => "fast shaders",
             Shaders::Portable => "portable shaders",
         }
@@ -103,12 +117,26 @@ impl Shaders {
         self != Shaders::Portable
     }
 
+    /// Whether its words must be the CPU's.
+    pub fn is_exact(self) -> bool {
+        matches!(self, Shaders::Exact | Shaders::Fused)
+    }
+
+    /// Whether a device with this signature can give the results that the shaders promise.
+    pub fn suit(self, signature: &Signature) -> bool {
+        match self {
+            Shaders::Exact => signature.is_exact(),
+            Shaders::Fused => signature.is_exact() && signature.passes("fused"),
+            Shaders::Fast | Shaders::Portable => true,
+        }
+    }
+
     /// The renderer's module.
     ///
     /// # Errors
     /// [`RenderError::Device`] if a built-in file is not a SPIR-V module.
     pub fn module(self) -> Result<Module, RenderError> {
-        self.choose((EXACT, FAST))
+        self.choose((EXACT, FUSED, FAST))
     }
 
     /// The module of the functions that are compared one by one.
@@ -119,12 +147,13 @@ impl Shaders {
         self.choose(KERNELS)
     }
 
-    fn choose(self, (exact, fast): (Files, Files)) -> Result<Module, RenderError> {
+    fn choose(self, (exact, fused, fast): (Files, Files, Files)) -> Result<Module, RenderError> {
         // SAFETY: the builder has validated the modules, and `shared` keeps
         // its indices within the buffers that the host binds.
         Ok(unsafe {
             match self {
                 Shaders::Exact => Module::untouched(exact)?,
+                Shaders::Fused => Module::untouched(fused)?,
                 Shaders::Fast => Module::untouched(fast)?,
                 Shaders::Portable => Module::portable(fast)?,
             }
@@ -162,7 +191,9 @@ impl Choice {
 
 /// The shaders for a device of this name and signature that takes SPIR-V.
 fn trusted(device: &str, signature: &Signature) -> Shaders {
-    if signature.is_exact() {
+    if Shaders::Fused.suit(signature) {
+        Shaders::Fused
+    } else if Shaders::Exact.suit(signature) {
         Shaders::Exact
     } else {
         tracing::warn!(
@@ -361,7 +392,7 @@ mod tests {
 
     #[test]
     fn every_special_shader_is_there() {
-        for shaders in [Shaders::Exact, Shaders::Fast] {
+        for shaders in [Shaders::Exact, Shaders::Fused, Shaders::Fast] {
             let module = shaders.module().unwrap();
             for special in SPECIAL {
                 for name in [special.color, special.shadow, special.geometry] {
@@ -433,8 +464,9 @@ mod tests {
                 })
                 .collect(),
         };
-        assert_eq!(trusted("a device", &signature("")), Shaders::Exact);
-        assert_eq!(trusted("a device", &signature("denormal")), Shaders::Exact);
+        assert_eq!(trusted("a device", &signature("")), Shaders::Fused);
+        assert_eq!(trusted("a device", &signature("fused")), Shaders::Exact);
+        assert_eq!(trusted("a device", &signature("denormal")), Shaders::Fused);
         assert_eq!(
             trusted("a device", &signature("multiply_add")),
             Shaders::Fast
