@@ -260,12 +260,16 @@ macro_rules! color_entry_point {
             color: &mut UVec4,
         ) {
             let texels = TexelBuffer(words);
-            $(let object = &known::<{ $facts }>(object);)?
+            let given = object;
+            $(let object = &known::<{ $facts }>(given);)?
             let over = $facet::over(facets, index);
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
             let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
+            // Read again: what only shading needs takes no register during the search.
+            $(let object = &known::<{ $facts }>(given);)?
+            let ray = Ray { frame, object, direction };
             let rgb = trace::color::<$shadow, $model, _, _>(&ray, &over, &texels, &entry, &traced);
             *color = color_words(rgb, &traced.hit);
             *depth = traced.hit.depth;

@@ -31,7 +31,7 @@ use crate::model::{paper, relief};
 use crate::normals::{SmoothSurface, normal_at};
 use crate::outline::bounding_rectangle;
 use crate::path::{Path, QuadraticPath};
-use crate::prism::Prism;
+use crate::prism::{Prism, solve};
 use crate::profile::Profile;
 use crate::shadow::{self, ShadowPoint};
 use crate::shape_map::ShapeMap;
@@ -503,7 +503,7 @@ pub fn prism(
 ) -> (Vec3, Vec3, Vec3, f32) {
     let prism = Prism::new(&prism_data(bend, fan), depth);
     let target = prism.point(inside(shares));
-    let (x, jacobian) = prism.solve(target, Vec3::new(0.25, 0.25, 0.5), 6);
+    let (x, jacobian) = solve(|| prism, target, Vec3::new(0.25, 0.25, 0.5), 6);
     let state = prism.motion(x, &jacobian, direction);
     (
         state.x,

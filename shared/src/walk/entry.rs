@@ -284,15 +284,16 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let is_closed = !is_open(data);
         // Steps this short make no progress.
         let shortest = span * OVERLAP;
-        let hull_origin = at.origin + at.direction * enter;
-        let hull_guess = rough_parameters(data, hull_origin + at.direction * start.t);
+        let hull_origin = ray.origin + ray.direction * enter;
+        let hull_guess = rough_parameters(data, hull_origin + ray.direction * start.t);
 
         // Where the next turn moves to.
         let mut t = 0.0;
         let mut guess = Vec3::new(THIRD, THIRD, 0.5);
         let mut rounds = FIRST_ROUNDS;
+        let mut offset = 0.0;
         if !may_hold_eye {
-            at.origin = hull_origin;
+            offset = enter;
             guess = hull_guess;
             t = start.t;
         }
@@ -312,13 +313,14 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let mut lost = false;
         let mut over = false;
         while !over {
-            at.go(t, guess, rounds);
+            at.origin = ray.origin + ray.direction * offset;
+            at.go(data, self.depth, t, guess, rounds);
             if looks_at_eye {
                 looks_at_eye = false;
                 in_shell = at.regular && at.state.inset() >= -OVERLAP;
                 over = in_shell || span <= 0.0;
                 if !over {
-                    at.origin = hull_origin;
+                    offset = enter;
                     guess = hull_guess;
                 }
             } else {

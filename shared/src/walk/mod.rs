@@ -64,8 +64,6 @@ pub fn search<S: PrismList + ?Sized, T: Texels + ?Sized>(
     if hull.1 <= 0.0 && !may_hold_eye {
         return nothing;
     }
-    let prism = Prism::new(data, field.depth);
-    let ray = Traveller::new(home, prism, origin, direction, Vec3::ZERO);
     let mut found = nothing;
     let mut start = Start::new(0.0);
     let mut looks_at_eye = may_hold_eye;
@@ -74,6 +72,7 @@ pub fn search<S: PrismList + ?Sized, T: Texels + ?Sized>(
     let mut over = false;
     while !over {
         let may_restart = restarts < RESTARTS;
+        let ray = Traveller::new(home, origin, direction, Vec3::ZERO);
         let entrance = field.seek(ray, data, hull, looks_at_eye, start, may_restart);
         looks_at_eye = false;
         if entrance.found {
@@ -89,6 +88,7 @@ pub fn search<S: PrismList + ?Sized, T: Texels + ?Sized>(
             restarts = 0;
             over = found.march.end != END_MISS || hull.1 <= start.t || entries >= ENTRIES;
         } else {
+            found = nothing;
             start = entrance.again;
             restarts += 1;
             over = !entrance.lost;
@@ -108,10 +108,10 @@ pub fn leaves<S: PrismList + ?Sized, T: Texels + ?Sized>(
     offset: Vec3,
     direction: Vec3,
 ) -> bool {
-    let prism = Prism::new(field.prisms.prism(home), field.depth);
-    let origin = prism.point(x) + offset;
-    let mut at = Traveller::new(home, prism, origin, direction, x);
-    at.go(0.0, x, ROUNDS);
+    let data = field.prisms.prism(home);
+    let origin = Prism::new(data, field.depth).point(x) + offset;
+    let mut at = Traveller::new(home, origin, direction, x);
+    at.go(data, field.depth, 0.0, x, ROUNDS);
     let (found, _) = field.follow(at, 0.0, false);
     found.march.end == END_MISS
 }

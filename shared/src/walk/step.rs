@@ -4,7 +4,8 @@
 
 use crate::arithmetic::{abs, div, kept, max, sqrt};
 use crate::contract::LARGEST;
-use crate::prism::{Prism, State};
+use crate::layout::PrismData;
+use crate::prism::{Prism, State, solve};
 use crate::{FAR, Real, Vec3};
 
 /// Margin around the range of weights and δ where a ray enters, so that no ray slips
@@ -151,7 +152,6 @@ impl State {
 #[derive(Clone, Copy)]
 pub(super) struct Traveller {
     pub(super) index: u32,
-    pub(super) prism: Prism,
     /// The ray's origin, relative to the prism's anchor.
     pub(super) origin: Vec3,
     pub(super) direction: Vec3,
@@ -167,16 +167,9 @@ pub(super) struct Traveller {
 impl Traveller {
     /// Returns the ray before its first move, which starts from the parameters `x`.
     #[inline]
-    pub(super) fn new(
-        index: u32,
-        prism: Prism,
-        origin: Vec3,
-        direction: Vec3,
-        x: Vec3,
-    ) -> Traveller {
+    pub(super) fn new(index: u32, origin: Vec3, direction: Vec3, x: Vec3) -> Traveller {
         Traveller {
             index,
-            prism,
             origin,
             direction,
             t: 0.0,
@@ -193,21 +186,13 @@ impl Traveller {
 
     /// Moves to `t`, near the parameters `guess`, by Newton's method.
     #[inline]
-    pub(super) fn go(&mut self, t: Real, guess: Vec3, rounds: u32) {
+    pub(super) fn go(&mut self, data: &PrismData, depth: Real, t: Real, guess: Vec3, rounds: u32) {
         let target = self.origin + self.direction * t;
-        let (x, jacobian) = self.prism.solve(target, guess, rounds);
+        let (x, jacobian) = solve(|| Prism::new(data, depth), target, guess, rounds);
         self.t = t;
-        self.state = self.prism.motion(x, &jacobian, self.direction);
+        self.state = Prism::new(data, depth).motion(x, &jacobian, self.direction);
         self.regular = jacobian.regular;
         self.since = 0.0;
-    }
-
-    /// Moves into the prism `index`, at the same point of the ray.
-    #[inline]
-    pub(super) fn enter_prism(&mut self, index: u32, prism: Prism) {
-        self.index = index;
-        self.origin += self.prism.anchor - prism.anchor;
-        self.prism = prism;
     }
 
     /// Returns whether the second order has an error of at most `tolerance`, object units,

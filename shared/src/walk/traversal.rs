@@ -6,10 +6,10 @@ use super::step::{
     weights,
 };
 use crate::arithmetic::{div, kept, kept3, max, min};
-use crate::layout::NO_NEIGHBOUR;
+use crate::layout::{NO_NEIGHBOUR, PrismData, vec2, vec3};
 use crate::march::{END_CAP, END_MISS, END_SIDE, Limits, March, Stop, advance, refine};
 use crate::path::Path;
-use crate::prism::{Prism, State};
+use crate::prism::State;
 use crate::shape_map::Texels;
 use crate::{Real, Vec2, Vec3};
 
@@ -118,6 +118,20 @@ impl State {
     }
 }
 
+/// Texture coordinates at `x` in the prism of `data`, repeats.
+#[inline]
+fn uv_at(data: &PrismData, x: Vec3) -> Vec2 {
+    let [uv, first, second] = data.uv;
+    vec2(uv) + vec2(first) * x.x + vec2(second) * x.y
+}
+
+/// Returns the change of the texture coordinates for a change of x, repeats.
+#[inline]
+fn uv_change(data: &PrismData, change: Vec3) -> Vec2 {
+    let [_, first, second] = data.uv;
+    vec2(first) * change.x + vec2(second) * change.y
+}
+
 /// A piece of a ray to second order, from a [`Traveller`] on.
 struct Piece {
     uv: Vec2,
@@ -132,17 +146,17 @@ struct Piece {
 
 impl Piece {
     #[inline]
-    fn new(at: &Traveller, end: Real, ends_on_floor: bool) -> Piece {
+    fn new(at: &Traveller, data: &PrismData, end: Real, ends_on_floor: bool) -> Piece {
         let State {
             x,
             velocity,
             acceleration,
             ..
         } = at.state;
-        let uv_velocity = at.prism.uv_change(velocity);
-        let uv_acceleration = at.prism.uv_change(acceleration);
+        let uv_velocity = uv_change(data, velocity);
+        let uv_acceleration = uv_change(data, acceleration);
         Piece {
-            uv: at.prism.uv(x.x, x.y),
+            uv: uv_at(data, x),
             uv_velocity,
             uv_acceleration: uv_acceleration * 0.5,
             depth: Vec3::new(x.z, velocity.z, 0.5 * acceleration.z),
@@ -229,7 +243,8 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let mut steps = 0;
         let mut prisms = 1;
         let mut turns = 0;
-        let mut piece = Piece::new(&at, 0.0, false);
+        let mut end = 0.0;
+        let mut ends_on_floor = false;
         let mut stop = Stop {
             end: END_MISS,
             s: 0.0,
@@ -249,7 +264,9 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             let tolerance = self.tolerance * (enter + at.t);
             let time = self.time_within(&at, tolerance, 2.0 * radius, least);
             let (time, bound) = at.state.until_outside(max(time, least), came_through);
-            piece = Piece::new(&at, time, bound == FLOOR);
+            end = time;
+            ends_on_floor = bound == FLOOR;
+            let piece = Piece::new(&at, self.prisms.prism(at.index), end, ends_on_floor);
             limits.linear_steps = self.linear_steps - steps;
             limits.slack = self.slack * (enter + at.t);
             stop = advance(&piece, self.profile, self.map, self.texels, &limits);
@@ -268,20 +285,21 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 let mut guess = x;
                 came_through = NONE;
                 if bound < CAP {
-                    let link = link_of(self.prisms.prism(at.index).neighbours, bound);
+                    let data = self.prisms.prism(at.index);
+                    let link = link_of(data.neighbours, bound);
                     over = link == NO_NEIGHBOUR;
                     if !over {
                         came_through = link & 3;
-                        at.enter_prism(
-                            link >> 2,
-                            Prism::new(self.prisms.prism(link >> 2), self.depth),
-                        );
+                        let anchor = vec3(data.anchor);
+                        at.index = link >> 2;
+                        let data = self.prisms.prism(at.index);
+                        at.origin += anchor - vec3(data.anchor);
                         prisms += 1;
                         guess = across(x, bound, came_through);
                     }
                 }
                 if !over {
-                    at.go(t, guess, ROUNDS);
+                    at.go(self.prisms.prism(at.index), self.depth, t, guess, ROUNDS);
                     // Through the cap, unless the ray only came near to it. Above the
                     // neighbour's cap: entry there is handled by the neighbouring prism.
                     let least = if bound == CAP { LEFT } else { -5.0 * ARRIVED };
@@ -304,11 +322,13 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             }
         }
         let mut s = stop.s;
+        let data = self.prisms.prism(at.index);
         if stop.end == END_SIDE {
+            let piece = Piece::new(&at, data, end, ends_on_floor);
             s = refine(&piece, self.profile, self.map, self.texels, &stop, &limits);
         }
         let x = kept3(at.state.predicted(s));
-        let uv = at.prism.uv(x.x, x.y);
+        let uv = uv_at(data, x);
         let found = Found {
             march: March {
                 end: stop.end,
