@@ -58,6 +58,17 @@ pub fn is_long() -> bool {
     std::env::var_os("RELIEVO_LONG").is_some_and(|value| value == "1")
 }
 
+/// Reports that a tool is not installed.
+///
+/// # Panics
+/// If RELIEVO_TOOLS=required.
+#[track_caller]
+pub fn lacking(what: &str) {
+    let required = std::env::var_os("RELIEVO_TOOLS").is_some_and(|value| value == "required");
+    assert!(!required, "{what} is not here, and RELIEVO_TOOLS=required");
+    eprintln!("NOT TESTED: {what} is not here; install it, or set RELIEVO_TOOLS=required to fail");
+}
+
 /// The program, built with the profile of this test and in its target folder:
 /// cargo names a binary only to tests of its own package.
 pub fn program() -> &'static Path {

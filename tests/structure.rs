@@ -13,9 +13,10 @@ use syn::visit::{self, Visit};
 use syn::{Attribute, Item, UseTree};
 
 /// The crates: name and folder of `lib.rs` or `main.rs`.
-const CRATES: [(&str, &str); 16] = [
+const CRATES: [(&str, &str); 17] = [
     ("relievo", "host/src"),
     ("relievo_bitwise", "host/bitwise/src"),
+    ("relievo_compiled", "host/compiled/src"),
     ("relievo_page", "host/page/src"),
     ("relievo_program", "host/program/src"),
     ("relievo_studies", "host/studies/src"),

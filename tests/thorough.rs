@@ -15,6 +15,8 @@ mod extremes;
 mod naive;
 mod precision;
 mod real;
+#[path = "registers/main.rs"]
+mod registers;
 mod sources;
 mod specialization;
 mod structure;

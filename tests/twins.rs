@@ -53,7 +53,8 @@ fn stripped(files: &[Vec<u32>]) -> (Vec<Vec<u32>>, usize) {
     (bare.into_iter().map(|(words, _)| words).collect(), count)
 }
 
-fn stripped_file(module: &[u32]) -> (Vec<u32>, usize) {
+/// The words of a file without NoContraction decorations, and how many there were.
+pub fn stripped_file(module: &[u32]) -> (Vec<u32>, usize) {
     let mut words = module[..HEADER].to_vec();
     let mut count = 0;
     for (opcode, instruction) in instructions(module) {

@@ -1,13 +1,18 @@
 //! The compiled shaders of relievo: a SPIR-V module for each entry point.
 //!
 //! `cargo relievo build` writes the modules; `manifest.toml` has their digests and
-//! those of their sources.
+//! those of their sources. `registers.csv` has what a compiler for GPUs made of them
+//! ([`Compiled`]).
 //!
 //! ```
 //! const VERTEX: &[u8] = relievo_shaders::module("relievo_fast/vertex");
 //! assert_eq!(VERTEX[..4], 0x0723_0203_u32.to_le_bytes());
 //! ```
 #![no_std]
+
+mod compiled;
+
+pub use compiled::{Compiled, REGISTERS};
 
 /// Modules by folder and entry point.
 const MODULES: &[(&str, &[u8])] = include!(concat!(env!("OUT_DIR"), "/modules.rs"));

@@ -1,11 +1,11 @@
 //! Exported GLSL, drawn with OpenGL 4.5 offscreen, through EGL.
 
 use super::cases::{Difference, cases, exported, file};
-use super::tools::lacking;
 use glow::HasContext;
 use khronos_egl as egl;
 use relievo::export::{ExportedFile, Output, Target};
 use relievo::prepare::PreparedScene;
+use relievo_tests::lacking;
 
 /// EGL's surfaceless platform (EGL_MESA_platform_surfaceless).
 const SURFACELESS: egl::Enum = 0x31dd;

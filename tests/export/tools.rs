@@ -4,17 +4,10 @@
 use super::cases::{cases, file};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use relievo::export::{ExportedFile, Options, Output, export};
+use relievo_tests::lacking;
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::Command;
-
-/// Reports that a tool is not installed, or fails.
-#[track_caller]
-pub fn lacking(what: &str) {
-    let required = std::env::var_os("RELIEVO_TOOLS").is_some_and(|value| value == "required");
-    assert!(!required, "{what} is not here, and RELIEVO_TOOLS=required");
-    eprintln!("NOT TESTED: {what} is not here; install it, or set RELIEVO_TOOLS=required to fail");
-}
 
 /// A program, and its arguments for the files of a folder.
 struct Tool {

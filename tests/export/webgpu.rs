@@ -1,11 +1,10 @@
 //! Exported WGSL, SPIR-V and HLSL, drawn with wgpu.
 
 use super::cases::{Difference, cases, exported, file};
-use super::tools::lacking;
 use relievo::export::{ExportedFile, Output, Target};
 use relievo::prepare::PreparedScene;
 use relievo_bitwise::{Device, Module, wgpu};
-use relievo_tests::every_adapter;
+use relievo_tests::{every_adapter, lacking};
 use std::process::Command;
 
 /// The vertex and the fragment shader of an object's files.

@@ -4,7 +4,8 @@
 //! f32. Whatever else works on floats is a fault, known or not: approximations, fused
 //! operations, floats of 16 and 64 bits, filtered pictures, other ways of rounding. So is
 //! an operation that a module's SPIR-V asks for, if there are more of it than in the SPIR-V.
-//! A fused operation is none if one factor is a power of two: its product does not round.
+//! A fused operation is none if one factor is a power of two, as a constant or in a scalar
+//! register: its product does not round.
 //!
 //! ```
 //! use relievo_compiled::assembly::{Allowed, faults};
@@ -16,7 +17,10 @@
 //! assert_eq!(found, ["v_fma_f32 v0, v3, v1, v2: 1 of 0 fused products that round"]);
 //! ```
 
+mod constants;
+
 use crate::Shader;
+use constants::{Constants, constant, split};
 
 /// How many of each inexact operation may be in an assembly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -71,12 +75,9 @@ const EXACT: [&str; 22] = [
 pub fn faults(assembly: &str, allowed: &Allowed) -> Vec<String> {
     let mut found = Vec::new();
     let mut seen = Allowed::default();
-    for instruction in instructions(assembly) {
-        let (name, operands) = instruction
-            .split_once(char::is_whitespace)
-            .unwrap_or((instruction.as_str(), ""));
-        let operands: Vec<&str> = operands.split(',').map(str::trim).collect();
-        let (count, most, what) = match kind(name, &operands) {
+    for (instruction, constants) in instructions(assembly) {
+        let (name, operands) = split(&instruction);
+        let (count, most, what) = match kind(name, &operands, &constants) {
             Kind::Exact => continue,
             Kind::Fault(why) => {
                 found.push(format!("{instruction}: {why}"));
@@ -98,16 +99,26 @@ pub fn faults(assembly: &str, allowed: &Allowed) -> Vec<String> {
     found
 }
 
-/// The instructions of an assembly, without their codes; both halves of dual ones.
-fn instructions(assembly: &str) -> impl Iterator<Item = String> {
+/// The instructions of an assembly, without their codes and with both halves of dual ones,
+/// and the constants before each.
+fn instructions(assembly: &str) -> Vec<(String, Constants)> {
     let lines = assembly.lines().map(|line| {
         let code = line.split(';').next().unwrap_or_default();
         code.trim()
     });
-    let lines = lines.filter(|line| !line.is_empty() && !line.ends_with(':'));
-    lines
-        .flat_map(|line| line.split("::"))
-        .map(|half| half.trim().replacen("v_dual_", "v_", 1))
+    let lines: Vec<&str> = lines.filter(|line| !line.is_empty()).collect();
+    let constants = constants::before(&lines);
+    let known = lines.into_iter().zip(constants);
+    known
+        .filter(|(line, _)| !line.ends_with(':'))
+        .flat_map(|(line, constants)| {
+            let halves = line.split("::");
+            let halves = halves.map(|half| half.trim().replacen("v_dual_", "v_", 1));
+            halves
+                .map(|half| (half, constants.clone()))
+                .collect::<Vec<_>>()
+        })
+        .collect()
 }
 
 /// What an instruction is.
@@ -120,7 +131,7 @@ enum Kind {
     Fault(&'static str),
 }
 
-fn kind(name: &str, operands: &[&str]) -> Kind {
+fn kind(name: &str, operands: &[&str], constants: &Constants) -> Kind {
     let (base, is_across) = base(name);
     if base.starts_with("s_setreg") || ["s_round_mode", "s_denorm_mode"].contains(&base) {
         return Kind::Fault("sets how the device rounds");
@@ -141,7 +152,9 @@ fn kind(name: &str, operands: &[&str]) -> Kind {
         "v_fma_f32" | "v_fmac_f32" | "v_fmaak_f32" | "v_fmamk_f32" => {
             // After the result: the factors, and what is added.
             match operands {
-                [_, a, b, ..] if is_power_of_two(a) || is_power_of_two(b) => Kind::Exact,
+                [_, a, b, ..] if is_power_of_two(a, constants) || is_power_of_two(b, constants) => {
+                    Kind::Exact
+                }
                 _ => Kind::Fused,
             }
         }
@@ -165,14 +178,9 @@ fn base(name: &str) -> (&str, bool) {
 }
 
 /// Whether an operand is a constant whose products do not round: ±2ⁿ.
-fn is_power_of_two(operand: &str) -> bool {
+fn is_power_of_two(operand: &str, constants: &Constants) -> bool {
     let magnitude = operand.trim_start_matches('-').trim_matches('|');
-    let value = match magnitude.strip_prefix("0x") {
-        Some(digits) => u32::from_str_radix(digits, 16).ok().map(f32::from_bits),
-        // A number without a point is an integer: its bits are no power of two.
-        None if magnitude.contains('.') => magnitude.parse().ok(),
-        None => None,
-    };
+    let value = constant(magnitude, constants).map(f32::from_bits);
     value.is_some_and(|value| value.is_normal() && value.to_bits().trailing_zeros() >= 23)
 }
 
@@ -208,6 +216,7 @@ mod tests {
             "v_fmaak_f32 v1, 0.5, v2, 0x3fc00000",
             "v_fmamk_f32 v1, v2, 0x42000000, v3",
             "v_dual_mul_f32 v0, v1, v2 :: v_dual_add_f32 v3, v4, v5",
+            "s_mov_b32 s4, 0x42000000\nv_fmac_f32_e32 v1, s4, v2",
         ] {
             assert_eq!(none(line), [""; 0], "{line}");
         }
@@ -225,6 +234,7 @@ mod tests {
             "v_fma_f32 v1, 0x40400000, v2, v3",
             "v_fma_f32 v1, 0x7f800000, v2, v3",
             "v_fmac_f32_e32 v1, s1, v2",
+            "s_mov_b32 s4, 0x42000001\nv_fmac_f32_e32 v1, s4, v2",
             "v_fmaak_f32 v1, v3, v2, 0x40000000",
             "v_fmamk_f32 v1, v2, 0x3fc00000, v3",
             "v_dual_fmac_f32 v0, v1, v2 :: v_dual_mul_f32 v3, v4, v5",

@@ -1,0 +1,381 @@
+//! What Mesa's compiler for AMD makes of every shader, for two generations of GPUs that
+//! need not be there: as in the committed table, without spilled registers, and exact
+//! where the module is.
+//!
+//! `RELIEVO_UPDATE_GOLDEN=1` accepts what it makes now.
+
+mod page;
+mod process;
+
+use process::{Answer, Job, Process};
+use relievo_compiled::{
+    Allowed, Executable, GENERATIONS, Generation, Shader, Stage, Texts, manifest,
+};
+use relievo_shaders::Compiled;
+use relievo_shared::{for_each_facet, for_each_search};
+use relievo_tests::{lacking, root};
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::PathBuf;
+use std::sync::OnceLock;
+
+/// Shaders that spill, by generation and folder. They must become fewer.
+const SPILL: [(&str, &str, &[&str]); 4] = [
+    ("RDNA2", "relievo_exact", PRISMS),
+    ("RDNA2", "relievo_fast", PRISMS),
+    ("RDNA3", "relievo_exact", PRISMS),
+    ("RDNA3", "relievo_fast", PRISMS),
+];
+const PRISMS: &[&str] = &[
+    "color_prisms",
+    "color_prisms_shadow",
+    "color_prisms_straight",
+    "color_prisms_straight_shadow",
+    "geometry_prisms",
+    "geometry_prisms_straight",
+];
+
+/// The folders of the renderer's modules.
+const RENDERERS: [&str; 2] = ["relievo_exact", "relievo_fast"];
+
+/// The folder of the modules of single functions.
+const KERNELS: &str = "kernels_exact";
+
+/// A module that is broken on purpose.
+const BROKEN: &str = "without decorations";
+
+/// Returns what the assembly of a module may contain beside exact operations; `None` if
+/// anything.
+fn allowed(folder: &str, shader: &Shader) -> Option<Allowed> {
+    let asked = Allowed::asked_by(shader);
+    match folder {
+        // Divisions and roots are corrected: the builder allows them nowhere else.
+        "relievo_exact" | KERNELS | BROKEN => Some(Allowed { fused: 0, ..asked }),
+        _ => None,
+    }
+}
+
+fn path(folder: &str, entry_point: &str) -> PathBuf {
+    let name = format!("assets/shaders/{folder}/{entry_point}.spv");
+    root().join(name)
+}
+
+fn read(file: &PathBuf) -> Shader {
+    Shader::read(&fs::read(file).unwrap()).unwrap()
+}
+
+/// Every fragment shader, with the vertex shader that it is drawn with.
+fn pairs() -> Vec<[&'static str; 2]> {
+    macro_rules! vertex {
+        ($($facet:ident $name:ident;)*) => {
+            |wanted: &str| match wanted {
+                $(stringify!($facet) => stringify!($name),)*
+                other => panic!("no vertex shader places {other}"),
+            }
+        };
+    }
+    let vertex = for_each_facet!(vertex);
+    macro_rules! fragments {
+        ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
+            draws $color:ident $shadow:ident $geometry:ident
+            tiers { $($tiers:tt)* }
+            special { $($facts:expr => $special:ident over $special_facet:ident
+                draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {
+            vec![$(
+                (stringify!($facet), [stringify!($color), stringify!($shadow), stringify!($geometry)]),
+                $((stringify!($special_facet), [stringify!($special_color),
+                    stringify!($special_shadow), stringify!($special_geometry)]),)*
+            )*]
+        };
+    }
+    let lists = for_each_search!(fragments);
+    let draw = lists.into_iter().flat_map(|(facet, names)| {
+        let vertex = vertex(facet);
+        names.map(|fragment| [vertex, fragment])
+    });
+    draw.chain([["vertex_exits", "exits"]]).collect()
+}
+
+/// A job and the folder of its modules.
+fn jobs() -> Vec<(String, Job)> {
+    let mut jobs = Vec::new();
+    let mut add = |folder: &str, names: &[&str], files: Vec<PathBuf>| {
+        let is_checked = allowed(folder, &read(&files[0])).is_some();
+        let job = Job {
+            name: format!("{folder}: {}", names.join(", ")),
+            texts: if is_checked { Texts::All } else { Texts::None },
+            files,
+        };
+        jobs.push((folder.to_string(), job));
+    };
+    for folder in RENDERERS {
+        for names in pairs() {
+            add(folder, &names, names.map(|name| path(folder, name)).into());
+        }
+    }
+    for name in files(KERNELS) {
+        add(KERNELS, &[&name], vec![path(KERNELS, &name)]);
+    }
+    let names = ["vertex", "color_curved"];
+    add(BROKEN, &names, names.map(broken).into());
+    jobs
+}
+
+/// The entry points of a folder.
+fn files(folder: &str) -> BTreeSet<String> {
+    let files = fs::read_dir(root().join("assets/shaders").join(folder)).unwrap();
+    let name = |path: PathBuf| path.file_stem().unwrap().to_str().unwrap().to_string();
+    files.map(|file| name(file.unwrap().path())).collect()
+}
+
+/// An exact module without its decorations, in a file.
+fn broken(name: &str) -> PathBuf {
+    static FOLDER: OnceLock<tempfile::TempDir> = OnceLock::new();
+    let folder = FOLDER.get_or_init(|| tempfile::tempdir().unwrap());
+    let bytes = fs::read(path("relievo_exact", name)).unwrap();
+    let words: Vec<u32> = bytes
+        .as_chunks::<4>()
+        .0
+        .iter()
+        .copied()
+        .map(u32::from_le_bytes)
+        .collect();
+    let (bare, count) = crate::twins::stripped_file(&words);
+    assert!(count > 100, "{name}: {count}");
+    let bytes: Vec<u8> = bare.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let file = folder.path().join(format!("{name}.spv"));
+    fs::write(&file, bytes).unwrap();
+    file
+}
+
+/// What was made for a generation.
+struct Measured {
+    generation: Generation,
+    jobs: Vec<(String, Job)>,
+    answer: Answer,
+}
+
+impl Measured {
+    /// Each stage that was made: folder, job, module and what was made of it.
+    fn stages(&self) -> impl Iterator<Item = (&str, &Job, Shader, &Executable)> {
+        let jobs = self.jobs.iter().zip(&self.answer.made);
+        jobs.flat_map(|((folder, job), made)| {
+            made.iter().map(move |executable| {
+                let mut shaders = job.files.iter().map(read);
+                let shader = shaders.find(|shader| shader.stage == executable.stage);
+                (folder.as_str(), job, shader.unwrap(), executable)
+            })
+        })
+    }
+}
+
+/// Compiles everything, once for all tests; `None`, with a message, where the driver is not
+/// installed.
+fn measured() -> Option<&'static [Measured]> {
+    static ALL: OnceLock<Option<Vec<Measured>>> = OnceLock::new();
+    let all = ALL.get_or_init(|| {
+        let manifest = manifest()?;
+        // Both at once.
+        let started: Vec<_> = GENERATIONS
+            .into_iter()
+            .map(|generation| {
+                let jobs = jobs();
+                let plain: Vec<&Job> = jobs.iter().map(|(_, job)| job).collect();
+                let process = Process::start(&generation, &manifest, &plain);
+                (generation, jobs, process)
+            })
+            .collect();
+        let finished = started
+            .into_iter()
+            .map(|(generation, jobs, process)| Measured {
+                generation,
+                jobs,
+                answer: process.finish(),
+            });
+        Some(finished.collect())
+    });
+    if all.is_none() {
+        lacking("Mesa's driver for AMD (mesa-vulkan-drivers)");
+    }
+    all.as_deref()
+}
+
+/// The row of a stage.
+fn row<'a>(
+    generation: &'a str,
+    folder: &'a str,
+    entry_point: &'a str,
+    made: &Executable,
+) -> Compiled<'a> {
+    let number = |name| {
+        let value = made.statistic(name);
+        value.unwrap_or_else(|| panic!("the driver does not say its {name}: {made:?}")) as u32
+    };
+    Compiled {
+        generation,
+        folder,
+        entry_point,
+        vgprs: number("VGPRs"),
+        // Those in use, not the 128 that every wave has.
+        sgprs: number("Pre-Sched SGPRs"),
+        spilled_vgprs: number("Spilled VGPRs"),
+        spilled_sgprs: number("Spilled SGPRs"),
+        scratch: number("Scratch size"),
+        waves: number("Subgroups per SIMD"),
+        instructions: number("Instructions"),
+        latency: number("Latency"),
+        throughput: number("Inverse Throughput"),
+        bytes: number("Code size"),
+    }
+}
+
+/// The table of what was made.
+fn table(all: &[Measured]) -> String {
+    let mut rows = Vec::new();
+    let mut seen = BTreeSet::new();
+    for measured in all {
+        let generation = measured.generation.name;
+        for (folder, _, shader, made) in measured.stages() {
+            let name = shader.name();
+            // A vertex shader is drawn with several fragment shaders.
+            let is_new = seen.insert((generation, folder.to_string(), name.clone()));
+            if is_new && RENDERERS.contains(&folder) {
+                rows.push(row(generation, folder, &name, made).to_string());
+            }
+        }
+    }
+    rows.sort();
+    let drivers: BTreeSet<&str> = all.iter().map(|one| one.answer.driver.as_str()).collect();
+    let drivers: Vec<&str> = drivers.into_iter().collect();
+    let (drivers, columns) = (drivers.join(", "), Compiled::COLUMNS);
+    format!("# {drivers}\n{columns}\n{}\n", rows.join("\n"))
+}
+
+/// The committed table.
+fn committed() -> String {
+    let file = root().join("assets/shaders/registers.csv");
+    fs::read_to_string(file).unwrap().replace("\r\n", "\n")
+}
+
+/// The compiler that a table was made with.
+fn compiler(table: &str) -> &str {
+    let line = table.lines().next().unwrap_or_default();
+    line.trim_start_matches("# ")
+}
+
+fn is_updating() -> bool {
+    std::env::var_os("RELIEVO_UPDATE_GOLDEN").is_some()
+}
+
+#[test]
+fn every_shader_is_compiled() {
+    let compiled: BTreeSet<&str> = pairs().into_iter().flatten().collect();
+    for folder in RENDERERS {
+        let files = files(folder);
+        let files: BTreeSet<&str> = files.iter().map(String::as_str).collect();
+        assert_eq!(files, compiled, "{folder}");
+    }
+}
+
+#[test]
+fn the_table_says_what_the_compiler_makes() {
+    let Some(all) = measured() else { return };
+    let now = table(all);
+    if is_updating() {
+        fs::write(root().join("assets/shaders/registers.csv"), &now).unwrap();
+        fs::write(page::path(), page::pages(&now).0).unwrap();
+    }
+    let known = committed();
+    if compiler(&now) != compiler(&known) {
+        let (now, known) = (compiler(&now), compiler(&known));
+        eprintln!("NOT COMPARED: the table is of {known}, and {now} is here");
+        return;
+    }
+    let rows: BTreeSet<&str> = known.lines().collect();
+    let changed: Vec<&str> = now.lines().filter(|row| !rows.contains(row)).collect();
+    assert!(
+        now == known,
+        "the compiler makes something else of these shaders, or there are fewer; if that is \
+         meant, accept it with RELIEVO_UPDATE_GOLDEN=1:\n{}\n{}",
+        Compiled::COLUMNS,
+        changed.join("\n")
+    );
+}
+
+#[test]
+fn no_shader_spills_registers() {
+    let Some(all) = measured() else { return };
+    let table = table(all);
+    let spill: BTreeSet<[&str; 3]> = Compiled::rows(&table)
+        .filter(Compiled::spills)
+        .map(|row| [row.generation, row.folder, row.entry_point])
+        .collect();
+    let known: BTreeSet<[&str; 3]> = SPILL
+        .into_iter()
+        .flat_map(|(generation, folder, names)| {
+            names.iter().map(move |name| [generation, folder, name])
+        })
+        .collect();
+    let new: Vec<_> = spill.difference(&known).collect();
+    assert!(new.is_empty(), "these shaders spill: {new:?}");
+    // Another compiler may do without.
+    let gone: Vec<_> = known.difference(&spill).collect();
+    let is_same = compiler(&table) == compiler(&committed());
+    assert!(
+        gone.is_empty() || !is_same,
+        "these shaders spill no more, take them from the list: {gone:?}"
+    );
+}
+
+/// The faults of every stage that must be exact.
+fn faults(measured: &Measured, wanted: impl Fn(&str) -> bool) -> (usize, Vec<String>) {
+    let (mut count, mut found) = (0, Vec::new());
+    for (folder, job, shader, made) in measured.stages() {
+        let Some(allowed) = allowed(folder, &shader).filter(|_| wanted(folder)) else {
+            continue;
+        };
+        count += 1;
+        let generation = measured.generation.name;
+        let faults = made.faults(&allowed);
+        let faults = faults.expect("Mesa shows its assembly if it was built with LLVM");
+        let place = |fault| format!("{generation}, {}, {:?}: {fault}", job.name, made.stage);
+        found.extend(faults.into_iter().map(place));
+    }
+    (count, found)
+}
+
+#[test]
+fn exact_modules_stay_exact_when_compiled() {
+    let Some(all) = measured() else { return };
+    for measured in all {
+        let (count, found) = faults(measured, |folder| folder != BROKEN);
+        assert!(count > 100, "{count}");
+        assert!(found.is_empty(), "{}", found.join("\n"));
+    }
+}
+
+#[test]
+fn a_module_without_decorations_is_caught_when_compiled() {
+    let Some(all) = measured() else { return };
+    for measured in all {
+        let (_, found) = faults(measured, |folder| folder == BROKEN);
+        let of = |stage: Stage| {
+            let name = format!("{stage:?}: v_fma");
+            found.iter().filter(|fault| fault.contains(&name)).count()
+        };
+        let (vertex, fragment) = (of(Stage::Vertex), of(Stage::Fragment));
+        assert!(vertex > 10 && fragment > 100, "{vertex}, {fragment}");
+    }
+}
+
+#[test]
+fn the_page_shows_the_table() {
+    // Together with the table, in its test.
+    if !is_updating() {
+        let (wanted, page) = page::pages(&committed());
+        assert!(
+            wanted == page,
+            "RELIEVO_UPDATE_GOLDEN=1 renews docs/registers.md"
+        );
+    }
+}
