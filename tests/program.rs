@@ -715,6 +715,8 @@ fn explain_says_what_is_in_and_what_is_out() {
         "out rays bent along quadrics: tier = \"planar\"",
         "in  floor",
         "exact shader color_planar: ",
+        "    RDNA3: ",
+        " registers (vector + scalar), none spilled; ",
         "with everything, color_extrusion: ",
         "prisms: 0 (681408)",
         "together: ",

@@ -26,6 +26,7 @@ use crate::budget::{FAST, PLANAR, Plan};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::RenderError;
 use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, Shaders};
+use relievo_shaders::Compiled;
 use relievo_shared::layout::{
     FORMAT_CODES, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,
 };
@@ -55,6 +56,8 @@ pub struct ShaderCost {
     pub general: &'static str,
     /// Its instructions.
     pub general_instructions: usize,
+    /// What a compiler for GPUs made of the entry point used, by generation of GPUs.
+    pub compiled: Vec<Compiled<'static>>,
 }
 
 /// Explanation of one object.
@@ -89,7 +92,10 @@ pub struct Explanation {
 /// # Errors
 /// [`RenderError::Device`] if a built-in shader module is malformed.
 pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanation, RenderError> {
-    let modules = [Shaders::Exact.module()?, Shaders::Fast.module()?];
+    let modules = [
+        ("relievo_exact", Shaders::Exact.module()?),
+        ("relievo_fast", Shaders::Fast.module()?),
+    ];
     let objects = scene.objects.iter().enumerate();
     Ok(Explanation {
         objects: objects
@@ -97,7 +103,9 @@ pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanat
                 name: object.name.clone(),
                 plan: plans.get(index).cloned().flatten(),
                 features: features(object, &scene.objects[..index]),
-                shaders: modules.each_ref().map(|module| shader_cost(object, module)),
+                shaders: modules
+                    .each_ref()
+                    .map(|(folder, module)| shader_cost(object, folder, module)),
             })
             .collect(),
         outside: scene.outside.clone(),
@@ -106,7 +114,7 @@ pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanat
     })
 }
 
-fn shader_cost(object: &PreparedObject, module: &Module) -> ShaderCost {
+fn shader_cost(object: &PreparedObject, folder: &str, module: &Module) -> ShaderCost {
     let entry_point = EntryPoints::of(&object.parameters, Extent::Needed).color;
     let general = EntryPoints::of(&object.parameters, Extent::Everything).color;
     let count = |name| module.instructions(name).unwrap_or_default();
@@ -115,6 +123,7 @@ fn shader_cost(object: &PreparedObject, module: &Module) -> ShaderCost {
         instructions: count(entry_point),
         general,
         general_instructions: count(general),
+        compiled: Compiled::of(folder, entry_point).collect(),
     }
 }
 
@@ -226,6 +235,9 @@ impl fmt::Display for Explanation {
                     cost.general_instructions,
                     share(cost.instructions as u64, cost.general_instructions as u64),
                 )?;
+                for compiled in &cost.compiled {
+                    explain_compiled(compiled, formatter)?;
+                }
             }
         }
         for name in &self.outside {
@@ -258,6 +270,26 @@ impl fmt::Display for Explanation {
             share(total, of)
         )
     }
+}
+
+fn explain_compiled(compiled: &Compiled<'_>, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+    let spilled = match compiled.spills() {
+        true => format!(
+            "{} + {} spilled",
+            compiled.spilled_vgprs, compiled.spilled_sgprs
+        ),
+        false => "none spilled".to_string(),
+    };
+    writeln!(
+        formatter,
+        "    {}: {} + {} registers (vector + scalar), {spilled}; {} waves of 32 at once, {} instructions, {} cycles",
+        compiled.generation,
+        compiled.vgprs,
+        compiled.sgprs,
+        compiled.waves,
+        compiled.instructions,
+        compiled.latency,
+    )
 }
 
 fn explain_plan(plan: &Plan, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
