@@ -282,6 +282,8 @@ fn device(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Result<ash:
     let mut memory = vk::PhysicalDeviceVulkan12Features::default().vulkan_memory_model(true);
     let mut rendering = vk::PhysicalDeviceVulkan13Features::default().dynamic_rendering(true);
     let buffers = vk::PhysicalDeviceFeatures::default()
+        // As wgpu does.
+        .robust_buffer_access(true)
         .fragment_stores_and_atomics(true)
         .vertex_pipeline_stores_and_atomics(true);
     let info = vk::DeviceCreateInfo::default()
