@@ -99,6 +99,29 @@ pub fn faults(assembly: &str, allowed: &Allowed) -> Vec<String> {
     found
 }
 
+/// Returns the sums and products in ACO's form of a program (Mesa's compiler for AMD) that it
+/// may rewrite: those that are not marked precise.
+pub fn free(program: &str) -> Vec<String> {
+    let names = [
+        "v_add_f",
+        "v_sub_f",
+        "v_subrev_f",
+        "v_mul_f",
+        "v_fma",
+        "v_mad_f",
+    ];
+    let lines = program.lines().filter(|line| {
+        let Some((result, operation)) = line.split_once(" = ") else {
+            return false;
+        };
+        let rounds = names.iter().any(|name| operation.starts_with(name));
+        rounds && !result.contains("(precise)")
+    });
+    lines
+        .map(|line| format!("{}: not marked precise", line.trim()))
+        .collect()
+}
+
 /// The instructions of an assembly, without their codes and with both halves of dual ones,
 /// and the constants before each.
 fn instructions(assembly: &str) -> Vec<(String, Constants)> {
@@ -264,6 +287,16 @@ mod tests {
         ] {
             assert_eq!(none(line).len(), 1, "{line}");
         }
+    }
+
+    #[test]
+    fn sums_and_products_must_be_precise() {
+        let program = "BB0\n\t v1: (precise)%3 = v_mul_f32 %1, %2\n\t v1: %4 = v_add_f32 %3, %1\n\
+                       \t v1: %5 = v_add_u32 %3, %1\n\t s1: %6:vcc = v_cmp_lt_f32 %3, %1\n";
+        assert_eq!(
+            free(program),
+            ["v1: %4 = v_add_f32 %3, %1: not marked precise"]
+        );
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! A Vulkan driver as a compiler.
 
 use crate::spirv::{Binding, Shader, Stage, Target};
-use crate::{Allowed, Error};
+use crate::{Allowed, Error, assembly};
 use ash::khr::pipeline_executable_properties;
 use ash::vk;
 use std::collections::BTreeMap;
@@ -234,18 +234,20 @@ impl Executable {
         self.statistics.get(name).copied()
     }
 
-    /// Returns its assembly; `None` if the driver has not kept it.
-    pub fn assembly(&self) -> Option<&str> {
+    /// Returns one of the driver's forms of it by name; `None` if the driver has not kept it.
+    pub fn text(&self, name: &str) -> Option<&str> {
         let mut texts = self.texts.iter();
-        let found = texts.find(|(name, _)| name == "Assembly");
+        let found = texts.find(|(known, _)| known == name);
         found.map(|(_, text)| text.as_str())
     }
 
-    /// Returns what in its assembly is not exact, as
-    /// [`assembly::faults`](crate::assembly::faults); `None` if the driver has not kept it.
+    /// Returns what Mesa's compiler for AMD has made inexact: the faults of its assembly
+    /// ([`assembly::faults`]), and the sums and products that it was free to rewrite before
+    /// ([`assembly::free`]); `None` if the driver has not kept both forms.
     pub fn faults(&self, allowed: &Allowed) -> Option<Vec<String>> {
-        let assembly = self.assembly()?;
-        Some(crate::assembly::faults(assembly, allowed))
+        let mut found = assembly::faults(self.text("Assembly")?, allowed);
+        found.extend(assembly::free(self.text("ACO IR")?));
+        Some(found)
     }
 }
 
