@@ -47,7 +47,8 @@ const BROKEN: &str = "without decorations";
 fn allowed(folder: &str, shader: &Shader) -> Option<Allowed> {
     let asked = Allowed::asked_by(shader);
     match folder {
-        // Divisions and roots are corrected: the builder allows them nowhere else.
+        // Divisions and roots are corrected: the builder allows them nowhere else. A folder
+        // that fuses on purpose would get `asked` itself.
         "relievo_exact" | KERNELS | BROKEN => Some(Allowed { fused: 0, ..asked }),
         _ => None,
     }
