@@ -69,8 +69,9 @@ pub struct ObjectPlan {
     pub plan: Option<Plan>,
     /// All features, used or not.
     pub features: Vec<Feature>,
-    /// Its colour shader in the exact module, and in the fast one.
-    pub shaders: [ShaderCost; 2],
+    /// Its colour shader in the exact module, in the one with fused sums, and in the fast
+    /// one.
+    pub shaders: [ShaderCost; 3],
 }
 
 /// Explanation of a scene.
@@ -94,6 +95,7 @@ pub struct Explanation {
 pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanation, RenderError> {
     let modules = [
         ("relievo_exact", Shaders::Exact.module()?),
+        ("relievo_fused", Shaders::Fused.module()?),
         ("relievo_fast", Shaders::Fast.module()?),
     ];
     let objects = scene.objects.iter().enumerate();
@@ -225,7 +227,7 @@ impl fmt::Display for Explanation {
                 let place = if feature.is_in { "in " } else { "out" };
                 writeln!(formatter, "  {place} {}: {}", feature.name, feature.why)?;
             }
-            for (cost, module) in object.shaders.iter().zip(["exact", "fast"]) {
+            for (cost, module) in object.shaders.iter().zip(["exact", "fused", "fast"]) {
                 writeln!(
                     formatter,
                     "  {module} shader {}: {} instructions; with everything, {}: {} ({})",

@@ -96,7 +96,7 @@ impl StepLength {
 /// Returns the distance to the solid at `s` of `path`, texels, where the pattern is
 /// `distance` texels away.
 #[inline]
-fn gap<P: Path>(profile: &Profile, path: &P, s: Real, distance: Real) -> Real {
+fn gap_at<P: Path>(profile: &Profile, path: &P, s: Real, distance: Real) -> Real {
     if profile.grows {
         profile.gap(distance, clamp(path.depth_fraction(s), 0.0, 1.0))
     } else {
@@ -191,12 +191,13 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
     let mut steps = 0;
     let mut met = false;
     let mut left = false;
-    let mut at_once = false;
+    let mut gap = 0.0;
     while !met && !left {
         let distance = map.distance(texels, path.uv(s));
-        let gap = gap(profile, path, s, distance);
-        at_once = steps == 0 && gap <= 0.0;
-        met = at_once || (steps > 0 && gap <= tolerance) || steps >= limits.linear_steps;
+        gap = gap_at(profile, path, s, distance);
+        // Where the path starts, only the solid itself counts.
+        let near = if steps == 0 { 0.0 } else { tolerance };
+        met = gap <= near || steps >= limits.linear_steps;
         left = !met && s >= end;
         if !met && !left {
             before = s;
@@ -212,7 +213,7 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
             } else {
                 END_MISS
             }
-        } else if at_once && start <= 0.0 {
+        } else if steps == 0 && gap <= 0.0 && start <= 0.0 {
             END_CAP
         } else {
             END_SIDE
@@ -241,7 +242,7 @@ pub fn refine<P: Path, T: Texels + ?Sized>(
     while bisections > 0 && before + stop.least < s {
         let middle = 0.5 * (before + s);
         let distance = map.distance(texels, path.uv(middle));
-        if gap(profile, path, middle, distance) <= tolerance {
+        if gap_at(profile, path, middle, distance) <= tolerance {
             s = middle;
         } else {
             before = middle;

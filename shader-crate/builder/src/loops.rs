@@ -337,3 +337,127 @@ pub fn leave_at_head(module: &[u32]) -> Result<Vec<u32>> {
     }
     Ok(module.assemble())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::words::tests::Words;
+    use crate::words::validate;
+
+    const VOID: u32 = 1;
+    const FUNCTION: u32 = 2;
+    const BOOL: u32 = 3;
+    const TRUE: u32 = 4;
+    const FALSE: u32 = 5;
+    const MAIN: u32 = 6;
+    const HEADER: u32 = 10;
+    const HEAD: u32 = 11;
+    const BODY: u32 = 12;
+    const JOIN: u32 = 13;
+    const TAIL: u32 = 14;
+    const MERGE: u32 = 15;
+    /// What the loop knows at its head.
+    const GOES_ON: u32 = 20;
+    /// What the body makes of it.
+    const NEXT: u32 = 21;
+    const JOINED: u32 = 22;
+    const BACK: u32 = 23;
+    /// What is used after the loop.
+    const AFTER: u32 = 24;
+
+    /// `while goes_on { goes_on = !goes_on }`, as rust-gpu writes it. The tail asks `back`:
+    /// a φ of whether to go on after the body, and without it.
+    fn written_by_rust_gpu(back: [u32; 2]) -> Vec<u32> {
+        let mut words = Words::new();
+        words.put(17, &[1]);
+        words.put(14, &[0, 1]);
+        words.put(15, &[5, MAIN, u32::from_le_bytes(*b"main"), 0]);
+        words.put(16, &[MAIN, 17, 1, 1, 1]);
+        words.put(19, &[VOID]);
+        words.put(33, &[FUNCTION, VOID]);
+        words.put(20, &[BOOL]);
+        words.put(41, &[BOOL, TRUE]);
+        words.put(42, &[BOOL, FALSE]);
+        words.put(54, &[VOID, MAIN, 0, FUNCTION]);
+        words.put(248, &[9]);
+        words.put(249, &[HEADER]);
+        words.put(248, &[HEADER]);
+        words.put(245, &[BOOL, GOES_ON, TRUE, 9, JOINED, TAIL]);
+        words.put(246, &[MERGE, TAIL, 0]);
+        words.put(249, &[HEAD]);
+        words.put(248, &[HEAD]);
+        words.put(247, &[JOIN, 0]);
+        words.put(250, &[GOES_ON, BODY, JOIN]);
+        words.put(248, &[BODY]);
+        words.put(168, &[BOOL, NEXT, GOES_ON]);
+        words.put(249, &[JOIN]);
+        words.put(248, &[JOIN]);
+        words.put(245, &[BOOL, JOINED, NEXT, BODY, FALSE, HEAD]);
+        words.put(245, &[BOOL, BACK, back[0], BODY, back[1], HEAD]);
+        words.put(249, &[TAIL]);
+        words.put(248, &[TAIL]);
+        words.put(250, &[BACK, HEADER, MERGE]);
+        words.put(248, &[MERGE]);
+        words.put(168, &[BOOL, AFTER, JOINED]);
+        words.put(253, &[]);
+        words.put(56, &[]);
+        words.0
+    }
+
+    /// The blocks of the function, and the ids that their instructions name.
+    fn blocks(words: &[u32]) -> BTreeMap<u32, Vec<(Op, Vec<u32>)>> {
+        let module: Module = rspirv::dr::load_words(words).unwrap();
+        let block = |block: &Block| {
+            let instructions = block.instructions.iter();
+            let named = instructions.map(|i| (i.class.opcode, ids(i))).collect();
+            (block.label_id().unwrap(), named)
+        };
+        module.functions[0].blocks.iter().map(block).collect()
+    }
+
+    #[test]
+    fn a_loop_is_left_where_its_condition_is_asked() {
+        let module = written_by_rust_gpu([TRUE, FALSE]);
+        validate(&module).unwrap();
+        let left = leave_at_head(&module).unwrap();
+        validate(&left).unwrap();
+        let blocks = blocks(&left);
+        assert_eq!(
+            blocks[&HEAD],
+            [(Op::BranchConditional, vec![GOES_ON, BODY, MERGE])]
+        );
+        assert_eq!(blocks[&JOIN][0], (Op::Phi, vec![NEXT, BODY]));
+        assert_eq!(blocks[&TAIL], [(Op::Branch, vec![HEADER])]);
+        // The value without the body.
+        assert_eq!(blocks[&MERGE][0], (Op::LogicalNot, vec![FALSE]));
+    }
+
+    #[test]
+    fn values_meet_where_the_tail_may_leave_too() {
+        let module = written_by_rust_gpu([NEXT, FALSE]);
+        validate(&module).unwrap();
+        let left = leave_at_head(&module).unwrap();
+        validate(&left).unwrap();
+        let blocks = blocks(&left);
+        assert_eq!(
+            blocks[&HEAD],
+            [(Op::BranchConditional, vec![GOES_ON, BODY, MERGE])]
+        );
+        assert_eq!(
+            blocks[&TAIL],
+            [(Op::BranchConditional, vec![BACK, HEADER, MERGE])]
+        );
+        assert_eq!(
+            blocks[&MERGE][0],
+            (Op::Phi, vec![FALSE, HEAD, JOINED, TAIL])
+        );
+        // A second time changes nothing.
+        assert_eq!(leave_at_head(&left).unwrap(), left);
+    }
+
+    #[test]
+    fn a_loop_that_goes_on_without_its_body_stays() {
+        let module = written_by_rust_gpu([TRUE, TRUE]);
+        assert_eq!(blocks(&leave_at_head(&module).unwrap()), blocks(&module));
+    }
+}

@@ -17,6 +17,10 @@ use crate::native::native_fma;
 use crate::native::{native_div, native_sqrt};
 use crate::rounding::{Division, Root};
 
+/// The smallest moderate operand of a root: 2⁻⁷⁹.
+#[cfg(target_arch = "spirv")]
+const SMALLEST: f32 = 1.654_361_2e-24;
+
 /// Returns 1 / `y` from an `estimate`: rounded to nearest, but for 32 of 2²³ mantissas,
 /// and for powers of two, where the next number serves as well.
 #[inline]
@@ -112,11 +116,7 @@ pub(crate) fn moderate_sqrt(x: f32) -> f32 {
     let estimate = native_sqrt(x);
     let root = root(x, estimate, native_div(0.5, estimate));
     // Of 0, the estimate's reciprocal is infinite.
-    if x < crate::moderate::SMALLEST {
-        0.0
-    } else {
-        root
-    }
+    if x < SMALLEST { 0.0 } else { root }
 }
 
 #[cfg(test)]

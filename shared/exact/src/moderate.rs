@@ -14,10 +14,6 @@
 
 use crate::vector::Vector;
 
-/// The smallest operand of a root: 2⁻⁷⁹.
-#[cfg(all(feature = "fused", target_arch = "spirv"))]
-pub(crate) const SMALLEST: f32 = 1.654_361_2e-24;
-
 /// Returns `a / b`, rounded to nearest, as [`crate::div`] does.
 #[inline]
 pub fn div(a: f32, b: f32) -> f32 {

@@ -38,6 +38,9 @@ const BEND_DOUBT: Real = 0.25;
 /// to the bend.
 const DOUBT: Real = 0.05;
 
+/// Maximum number of restarts of a search for an entrance that gets lost.
+const RESTARTS: u32 = 6;
+
 const THIRD: Real = 1.0 / 3.0;
 
 /// Returns the smallest h > 0 where c + v h + ½ a h² crosses zero upward; [`FAR`] if it
@@ -261,8 +264,8 @@ impl Aim {
 
 impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
     /// Finds where `ray` enters from outside, or whether it starts in the shell, if
-    /// `may_hold_eye`. `hull` is the result of [`hull_of`]. Unless
-    /// `may_restart`, the search goes on where it gets lost.
+    /// `may_hold_eye`. `hull` is the result of [`hull_of`]. After [`RESTARTS`]
+    /// restarts, the search goes on where it gets lost.
     ///
     /// Every turn of the loop moves the ray with Newton's method to where the turn
     /// before aimed: to the eye first, if the shell may hold it, then to one
@@ -275,13 +278,12 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         hull: (Real, Real),
         may_hold_eye: bool,
         start: Start,
-        may_restart: bool,
+        restarts: u32,
     ) -> Entrance {
         let mut at = ray;
         let (enter, span) = hull;
         let distance = abs(at.origin.x) + abs(at.origin.y) + abs(at.origin.z);
         let overlap = OVERLAP + ROUNDING * distance * data.inverse_altitude;
-        let is_closed = !is_open(data);
         // Steps this short make no progress.
         let shortest = span * OVERLAP;
         let hull_origin = ray.origin + ray.direction * enter;
@@ -297,7 +299,6 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             guess = hull_guess;
             t = start.t;
         }
-        let mut looks_at_eye = may_hold_eye;
         let is_restart = start.step > 0.0;
         let mut aim = Aim {
             opening: if is_restart { CAP } else { NONE },
@@ -307,19 +308,23 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         // The last step, and whether it started from a known place.
         let mut step = start.step;
         let mut is_known = start.is_known;
-        let mut found = false;
-        let mut in_shell = false;
-        let mut overshot = false;
-        let mut lost = false;
-        let mut over = false;
-        while !over {
+        let mut end = if may_hold_eye { AT_EYE } else { SEEKING };
+        // From far away Newton's method misses the prism: start nearer. After a step
+        // that was too long go back.
+        let mut nearer = 0.0;
+        while end <= AT_EYE {
             at.origin = ray.origin + ray.direction * offset;
             at.go(data, self.depth, t, guess, rounds);
-            if looks_at_eye {
-                looks_at_eye = false;
-                in_shell = at.regular && at.state.inset() >= -OVERLAP;
-                over = in_shell || span <= 0.0;
-                if !over {
+            if end == AT_EYE {
+                let in_shell = at.regular && at.state.inset() >= -OVERLAP;
+                end = if in_shell {
+                    IN_SHELL
+                } else if shortest <= 0.0 {
+                    NOWHERE
+                } else {
+                    SEEKING
+                };
+                if end == SEEKING {
                     offset = enter;
                     guess = hull_guess;
                 }
@@ -331,48 +336,57 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 let arrived = at.regular && aim.is_reached(within.0);
                 let mut h = FAR;
                 if arrived {
-                    found = at.state.comes_in(aim.opening, overlap);
+                    if at.state.comes_in(aim.opening, overlap) {
+                        end = FOUND;
+                    }
                 } else if aim.may_try_again() {
                     h = aim.try_again(within, rest);
                 }
                 let is_astray = h >= FAR || at.t + h < -shortest;
-                overshot = !arrived
+                let overshot = !arrived
                     && step > 0.0
                     && ((is_known && !at.regular) || (is_astray && within.0 > 0.0));
-                // Through an open side the ray may come in before: only if all else fails.
-                lost = (overshot || !at.regular) && (is_closed || !is_known);
                 if is_astray {
                     let passed = if arrived { aim.opening } else { NONE };
                     let (time, opening) = at.state.first_opening(data.neighbours, passed, rest);
                     h = time;
                     aim = Aim { opening, tries: 0 };
-                    if is_closed && (h >= FAR || at.state.predicted(h).z < -DOUBT) {
-                        // Only as far as the second order says so: its error grows with the
-                        // cube of the way. Where it fails within a quarter, start nearer.
-                        let scale = max(data.inverse_altitude, abs(at.state.velocity.z));
-                        let error = at.state.third_order * scale * rest * rest * rest;
-                        lost = lost || error > 64.0 * DOUBT;
-                        if h >= FAR && error > DOUBT {
-                            let share = if error > 8.0 * DOUBT { 0.25 } else { 0.5 };
-                            h = max(share * rest, shortest);
-                        }
+                }
+                // Through an open side the ray may come in before: only if all else fails.
+                let is_closed = !is_open(data);
+                let mut lost = (overshot || !at.regular) && (is_closed || !is_known);
+                if is_astray && is_closed && (h >= FAR || at.state.predicted(h).z < -DOUBT) {
+                    // Only as far as the second order says so: its error grows with the
+                    // cube of the way. Where it fails within a quarter, start nearer.
+                    let scale = max(data.inverse_altitude, abs(at.state.velocity.z));
+                    let error = at.state.third_order * scale * rest * rest * rest;
+                    lost = lost || error > 64.0 * DOUBT;
+                    if h >= FAR && error > DOUBT {
+                        let share = if error > 8.0 * DOUBT { 0.25 } else { 0.5 };
+                        h = max(share * rest, shortest);
                     }
                 }
-                lost = lost && may_restart && !found;
                 // The ray cannot enter beyond the end of the hull. A prediction there
                 // may be wrong, so the step is limited to that end.
                 let h_inside = min(h, rest);
-                over = found
-                    || lost
-                    || !at.regular
-                    || turns > OUTSIDE_STEPS
-                    || h >= FAR
-                    || (h > rest && rest <= shortest)
-                    || (aim.opening == CAP
-                        && is_closed
-                        && at.state.passes_by(h_inside, data.inverse_altitude));
+                if end == SEEKING && lost && restarts < RESTARTS {
+                    end = LOST;
+                    nearer = if overshot { -0.5 * step } else { 0.5 * rest };
+                    is_known = at.regular || overshot;
+                } else if end == SEEKING
+                    && (!at.regular
+                        || turns > OUTSIDE_STEPS
+                        || h >= FAR
+                        || (h > rest && rest <= shortest)
+                        || (aim.opening == CAP
+                            && is_closed
+                            && at.state.passes_by(h_inside, data.inverse_altitude)))
+                {
+                    end = NOWHERE;
+                }
                 let tolerance = self.tolerance * (enter + at.t);
-                if !over && aim.opening != NONE && h <= rest && at.may_glide(h, tolerance) {
+                if end == SEEKING && aim.opening != NONE && h <= rest && at.may_glide(h, tolerance)
+                {
                     // The second order is exact enough at the opening: no more
                     // iterations. Its error may move the ray by one tolerance.
                     let mut there = at;
@@ -381,12 +395,13 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     let overlap = overlap + tolerance * data.inverse_altitude;
                     if abs(c) <= ARRIVED && there.state.comes_in(aim.opening, overlap) {
                         at = there;
-                        found = true;
+                        end = FOUND;
+                    } else if is_closed && abs(c) <= ARRIVED {
+                        // Nothing follows from a near miss.
+                        end = NOWHERE;
                     }
-                    // Nothing follows from a near miss.
-                    over = found || (is_closed && abs(c) <= ARRIVED);
                 }
-                if !over {
+                if end == SEEKING {
                     let h = if abs(h_inside) < shortest {
                         shortest
                     } else {
@@ -399,27 +414,34 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 }
             }
         }
-        // From far away Newton's method misses the prism: start nearer. After a step
-        // that was too long go back.
-        let nearer = if overshot {
-            -0.5 * step
-        } else {
-            0.5 * (span - at.t)
-        };
+        at.origin = ray.origin + ray.direction * offset;
         Entrance {
-            enter: if in_shell { 0.0 } else { enter },
-            found: at.regular && (found || in_shell),
-            in_shell,
-            lost,
+            enter: if end == IN_SHELL { 0.0 } else { enter },
+            found: at.regular && (end == FOUND || end == IN_SHELL),
+            in_shell: end == IN_SHELL,
+            lost: end == LOST,
             again: Start {
                 t: at.t + nearer,
                 step: abs(nearer),
-                is_known: at.regular || overshot,
+                is_known,
             },
             at,
         }
     }
 }
+
+/// The search goes on.
+const SEEKING: u32 = 0;
+/// It goes on, and looks at the eye first.
+const AT_EYE: u32 = 1;
+/// The ray enters.
+const FOUND: u32 = 2;
+/// The ray starts in the shell.
+const IN_SHELL: u32 = 3;
+/// Newton's method missed the prism, and may start from another place.
+const LOST: u32 = 4;
+/// The ray does not enter.
+const NOWHERE: u32 = 5;
 
 #[cfg(test)]
 mod tests {

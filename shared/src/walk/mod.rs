@@ -33,9 +33,6 @@ use step::{ROUNDS, THRESHOLD, Traveller};
 /// Maximum number of times that a ray enters through one prism.
 const ENTRIES: u32 = 3;
 
-/// Maximum number of restarts of a search for an entrance that gets lost.
-const RESTARTS: u32 = 6;
-
 /// Searches for the first hit on the ray from `eye` along the unit vector `direction`
 /// that enters the shell through prism `home`.
 #[inline]
@@ -71,9 +68,8 @@ pub fn search<S: PrismList + ?Sized, T: Texels + ?Sized>(
     let mut restarts = 0;
     let mut over = false;
     while !over {
-        let may_restart = restarts < RESTARTS;
         let ray = Traveller::new(home, origin, direction, Vec3::ZERO);
-        let entrance = field.seek(ray, data, hull, looks_at_eye, start, may_restart);
+        let entrance = field.seek(ray, data, hull, looks_at_eye, start, restarts);
         looks_at_eye = false;
         if entrance.found {
             // A hit at once is on the cap, but not from inside a column, through an

@@ -239,7 +239,6 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let least = OVERLAP * radius;
         // The bound that the ray is on, which it does not leave through.
         let mut came_through = if on_cap { CAP } else { NONE };
-        let mut may_hit_cap = on_cap;
         let mut steps = 0;
         let mut prisms = 1;
         let mut turns = 0;
@@ -271,10 +270,10 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             limits.slack = self.slack * (enter + at.t);
             stop = advance(&piece, self.profile, self.map, self.texels, &limits);
             steps += stop.steps;
-            if stop.end == END_CAP && !may_hit_cap {
+            // Only the first piece may start on the cap.
+            if stop.end == END_CAP && (turns > 1 || came_through != CAP) {
                 stop.end = END_SIDE;
             }
-            may_hit_cap = false;
             over = stop.end != END_MISS;
             if !over {
                 // Nothing was hit: move to the end of the piece, and into the
