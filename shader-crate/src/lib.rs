@@ -268,7 +268,8 @@ macro_rules! color_entry_point {
             let ray = Ray { frame, object, direction };
             let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
             // Read again: what only shading needs takes no register during the search.
-            $(let object = &known::<{ $facts }>(given);)?
+            let object = given;
+            $(let object = &known::<{ $facts }>(object);)?
             let ray = Ray { frame, object, direction };
             let rgb = trace::color::<$shadow, $model, _, _>(&ray, &over, &texels, &entry, &traced);
             *color = color_words(rgb, &traced.hit);

@@ -563,7 +563,7 @@ pub(crate) mod tests {
             let direction = vector(&mut random, 1.0).normalize();
             let state = prism.motion(x, &jacobian, direction);
             let there = prism.point(x) + direction * h;
-            let (moved, _) = prism.solve(there, x, 10);
+            let (moved, _) = solve(|| prism, there, x, 10);
             let first_order = (x + state.velocity * h - moved).length();
             let second = state.x + (state.velocity + state.acceleration * (0.5 * h)) * h;
             let second_order = (second - moved).length();

@@ -348,6 +348,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
 #[allow(clippy::disallowed_methods)] // Never compiled for a device.
 mod tests {
     use super::*;
+    use crate::prism::Prism;
     use crate::walk::tests::plane;
 
     #[test]

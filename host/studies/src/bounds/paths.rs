@@ -395,8 +395,8 @@ fn prism(rng: &mut Rng, depth: f64) -> Sample {
     let wide = double::prism::Prism::new(&wide_prism(&data), f64::from(depth));
     let target = prism.point(x);
     let start = Vec3::new(0.25, 0.25, 0.5);
-    let (found, _) = prism.solve(target, start, 8);
-    let (expected, _) = wide.solve(target.as_dvec3(), start.as_dvec3(), 8);
+    let (found, _) = single::prism::solve(|| prism, target, start, 8);
+    let (expected, _) = double::prism::solve(|| wide, target.as_dvec3(), start.as_dvec3(), 8);
     // Depth is a fraction: its rounding is relative to the depth.
     let apart = (found.as_dvec3() - expected).abs();
     Sample::Error(apart.x.max(apart.y).max(apart.z * f64::from(depth)))
