@@ -25,7 +25,10 @@ use crate::native::native_sqrt;
 pub const LARGEST_ERROR: u32 = 8;
 
 /// Returns `a / b`.
-#[cfg(not(all(feature = "fused", target_arch = "spirv")))]
+#[cfg(any(
+    not(target_arch = "spirv"),
+    all(feature = "corrected", not(feature = "fused"))
+))]
 #[inline]
 pub(crate) fn div(a: f32, b: f32) -> f32 {
     let division = Division::new(a, b);
