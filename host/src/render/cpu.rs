@@ -1,5 +1,6 @@
-//! The renderer on the CPU: a bounding volume hierarchy finds the triangles on
-//! a pixel's ray, and the shared code traces them. Rows are rendered in parallel.
+//! The renderer on the CPU: a bounding volume hierarchy finds the facets that the rays of a
+//! tile of pixels may meet, and the shared code traces them. Rows of tiles are rendered in
+//! parallel.
 //!
 //! ```
 //! use relievo::prepare::prepare;
@@ -27,24 +28,24 @@
 
 use super::error::{RenderError, allocate};
 use super::found::Found;
+use super::tile::{PIXELS, SIDE, Tile, for_each};
 use super::words::{ColorWords, GeometryWords};
 use super::{Renderer, background_words};
 use crate::hierarchy;
 use crate::prepare::{PreparedObject, PreparedScene};
-use glam::{UVec4, Vec3, Vec3A};
+use glam::{UVec4, Vec2, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::RayHit;
 use rayon::prelude::*;
-use relievo_shared::camera::pixel_ray;
-use relievo_shared::exit::{self, Exit, Exits};
-use relievo_shared::facet::{FacetHit, may_surround_eye};
+use relievo_shared::exit::{self, Exit, KnownExit};
+use relievo_shared::facet::{FacetHit, intersect, may_surround_eye};
 use relievo_shared::layout::{Frame, PrismData};
 use relievo_shared::model::{Ray, over_triangle};
 use relievo_shared::normals::CLASS_MISS;
+use relievo_shared::outline::{Rectangle, bounding_rectangle, prism_outline};
 use relievo_shared::prism::{cap_hull, is_near, is_open, normal_hull};
 use relievo_shared::trace::{class_and_steps, word};
-use std::cell::OnceCell;
 use std::ops::Add;
 
 /// Renders one scene on the CPU.
@@ -61,30 +62,36 @@ pub struct CpuRenderer<'a> {
     early: f32,
     /// Object and index of each prism or triangle whose shell may contain the eye.
     around_eye: Vec<[u32; 2]>,
-}
-
-/// The exit of a ray, found when it is first asked for.
-struct RayExits<'r, 'a> {
-    renderer: &'r CpuRenderer<'a>,
-    frame: &'r Frame,
-    direction: Vec3,
-    words: OnceCell<UVec4>,
-}
-
-impl Exits for RayExits<'_, '_> {
-    fn words(&self) -> UVec4 {
-        *self
-            .words
-            .get_or_init(|| self.renderer.exit(self.frame, self.direction))
-    }
+    /// Whether rays ask for their exits.
+    asks_for_exits: bool,
 }
 
 /// The nearest hit on a ray.
+#[derive(Clone, Copy)]
 struct Nearest<'a> {
     object: &'a PreparedObject,
     found: Found,
     /// Index of the object, and of its triangle.
     order: [u32; 2],
+}
+
+/// What the rays of a tile hit, and space for the search.
+struct TileHits<'a> {
+    nearest: [Option<Nearest<'a>>; PIXELS],
+    /// The exits of the rays: their words, or zeros.
+    exits: [UVec4; PIXELS],
+    /// Nodes of the hierarchy still to visit, with their least distance from the eye.
+    stack: Vec<(f32, u32)>,
+}
+
+impl TileHits<'_> {
+    fn new() -> Self {
+        TileHits {
+            nearest: [None; PIXELS],
+            exits: [UVec4::ZERO; PIXELS],
+            stack: Vec::new(),
+        }
+    }
 }
 
 /// Work of the rays of a frame that hit something.
@@ -122,6 +129,10 @@ impl<'a> CpuRenderer<'a> {
             reach,
             early: earliest_entry(scene),
             around_eye: Vec::new(),
+            asks_for_exits: scene
+                .objects
+                .iter()
+                .any(|object| object.parameters.number != 0),
         }
     }
 
@@ -132,11 +143,11 @@ impl<'a> CpuRenderer<'a> {
         renderer
     }
 
-    /// Returns the index of the object that the ray of `frame` along `direction`
-    /// hits.
-    pub(super) fn object_at(&self, frame: &Frame, direction: Vec3) -> Option<usize> {
-        let nearest = self.nearest(frame, direction)?;
-        Some(nearest.order[0] as usize)
+    /// Returns the index of the object that pixel (`x`, `y`) of `frame` shows.
+    pub(super) fn object_at(&self, frame: &Frame, x: u32, y: u32) -> Option<usize> {
+        let mut hits = TileHits::new();
+        self.search(frame, &Tile::new(frame, x as usize, y as usize), &mut hits);
+        hits.nearest[0].map(|nearest| nearest.order[0] as usize)
     }
 
     /// Makes the boxes wide enough for the eye of `frame`, and finds the prisms
@@ -166,22 +177,62 @@ impl<'a> CpuRenderer<'a> {
         }
     }
 
-    /// Finds the nearest hit of the ray along `direction`.
-    fn nearest(&self, frame: &Frame, direction: Vec3) -> Option<Nearest<'a>> {
-        let mut nearest: Option<Nearest<'a>> = None;
-        let exits = RayExits {
-            renderer: self,
-            frame,
-            direction,
-            words: OnceCell::new(),
+    /// Finds the nearest hits on the rays of `tile`.
+    fn search(&self, frame: &Frame, tile: &Tile, hits: &mut TileHits<'a>) {
+        hits.nearest = [None; PIXELS];
+        let mut stack = std::mem::take(&mut hits.stack);
+        if self.asks_for_exits {
+            hits.exits = self.exits(frame, tile, &mut stack);
+        }
+        for &order in &self.around_eye {
+            self.consider(frame, tile, order, None, hits);
+        }
+        self.visit_tile(tile, &mut stack, |order, distance| {
+            self.consider(frame, tile, order, Some(distance), hits);
+        });
+        hits.stack = stack;
+    }
+
+    /// Traces the rays of `tile` over a facet at least `distance` away from the eye; `None` if
+    /// it may surround the eye.
+    #[inline]
+    fn consider(
+        &self,
+        frame: &Frame,
+        tile: &Tile,
+        order: [u32; 2],
+        distance: Option<f32>,
+        hits: &mut TileHits<'a>,
+    ) {
+        let object = &self.scene.objects[order[0] as usize];
+        let pixels = if object.has_prisms() {
+            let prism = &object.prisms[order[1] as usize];
+            tile.within(&prism_outline(frame, &object.parameters, prism))
+        } else {
+            let triangle = &object.triangles[order[1] as usize];
+            let rectangle = if distance.is_some() {
+                bounding_rectangle(frame, triangle)
+            } else {
+                EVERYTHING
+            };
+            tile.which(&rectangle, |direction| {
+                intersect(frame.eye.into(), direction, triangle).hit
+            })
         };
-        let consider = |nearest: &mut Option<Nearest<'a>>, order: [u32; 2]| {
-            let object = &self.scene.objects[order[0] as usize];
-            let best = nearest
-                .as_ref()
-                .map_or(0.0, |nearest| nearest.found.hit().depth);
-            let ray = object_ray(object, frame, direction);
-            let Some(found) = Found::new(&ray, object, order[1], best, &exits) else {
+        let slack = self.early + ROUNDING * self.reach;
+        for_each(pixels, |i| {
+            let nearest = &mut hits.nearest[i];
+            let mut best = 0.0;
+            if let Some(nearest) = nearest {
+                let hit = nearest.found.hit();
+                if distance.is_some_and(|distance| distance > hit.t * (1.0 + ROUNDING) + slack) {
+                    return;
+                }
+                best = hit.depth;
+            }
+            let ray = object_ray(object, frame, tile.direction(i));
+            let exit = KnownExit(hits.exits[i]);
+            let Some(found) = Found::new(&ray, object, order[1], best, &exit) else {
                 return;
             };
             let hit = found.hit();
@@ -200,15 +251,39 @@ impl<'a> CpuRenderer<'a> {
                     order,
                 });
             }
-        };
-        for &order in &self.around_eye {
-            consider(&mut nearest, order);
-        }
-        self.visit(frame, direction, self.early, |order| {
-            consider(&mut nearest, order);
-            nearest.as_ref().map(|nearest| nearest.found.hit().t)
         });
-        nearest
+    }
+
+    /// Calls `visit` with what the rays of `tile` may meet, and its least distance from the
+    /// eye; roughly from near to far.
+    #[inline]
+    fn visit_tile(
+        &self,
+        tile: &Tile,
+        stack: &mut Vec<(f32, u32)>,
+        mut visit: impl FnMut([u32; 2], f32),
+    ) {
+        let nodes = &self.bvh.nodes;
+        let entry = |index: u32| Some((tile.nearest(nodes[index as usize].aabb())?, index));
+        stack.clear();
+        stack.extend((!nodes.is_empty()).then(|| entry(0)).flatten());
+        while let Some((distance, index)) = stack.pop() {
+            let node = &nodes[index as usize];
+            let first = node.first_index;
+            if node.is_leaf() {
+                for leaf in first..first + node.prim_count {
+                    visit(self.leaves[leaf as usize], distance);
+                }
+                continue;
+            }
+            let (left, right) = (entry(first), entry(first + 1));
+            // The last one is visited first.
+            if left < right {
+                stack.extend(right.into_iter().chain(left));
+            } else {
+                stack.extend(left.into_iter().chain(right));
+            }
+        }
     }
 
     /// Calls `visit` with what the ray of `frame` along `direction` may meet, near boxes
@@ -228,28 +303,37 @@ impl<'a> CpuRenderer<'a> {
         });
     }
 
-    /// Finds the exit of the ray along `direction`: its words, or zeros.
-    fn exit(&self, frame: &Frame, direction: Vec3) -> UVec4 {
-        let mut nearest: Option<([u32; 2], FacetHit, f32)> = None;
-        self.visit(frame, direction, 0.0, |order| {
+    /// Finds the exits of the rays of `tile`: their words, or zeros.
+    fn exits(&self, frame: &Frame, tile: &Tile, stack: &mut Vec<(f32, u32)>) -> [UVec4; PIXELS] {
+        let mut nearest: [Option<([u32; 2], FacetHit, f32)>; PIXELS] = [None; PIXELS];
+        self.visit_tile(tile, stack, |order, _| {
             let object = &self.scene.objects[order[0] as usize];
             if object.parameters.number == 0 {
-                return None;
+                return;
             }
-            let (facet, depth) = exit::meet(frame, direction, &object.triangles[order[1] as usize]);
-            // At equal depth the first in drawing order wins, as on a GPU.
-            let is_nearer = nearest
-                .is_none_or(|(found, _, best)| depth > best || (depth == best && order < found));
-            if facet.hit && is_nearer {
-                nearest = Some((order, facet, depth));
-            }
-            nearest.as_ref().map(|(_, facet, _)| facet.t)
+            let triangle = &object.triangles[order[1] as usize];
+            let behind = exit::reversed(triangle);
+            let pixels = tile.which(&bounding_rectangle(frame, &behind), |direction| {
+                intersect(frame.eye.into(), direction, &behind).hit
+            });
+            for_each(pixels, |i| {
+                let (facet, depth) = exit::meet(frame, tile.direction(i), triangle);
+                // At equal depth the first in drawing order wins, as on a GPU.
+                let is_nearer = nearest[i].is_none_or(|(found, _, best)| {
+                    depth > best || (depth == best && order < found)
+                });
+                if facet.hit && is_nearer {
+                    nearest[i] = Some((order, facet, depth));
+                }
+            });
         });
-        nearest.map_or(UVec4::ZERO, |([object, triangle], facet, _)| {
-            let object = &self.scene.objects[object as usize];
-            let triangle = &object.triangles[triangle as usize];
-            let parameters = &object.parameters;
-            Exit::new(parameters, direction, triangle, &facet).words(parameters)
+        std::array::from_fn(|i| {
+            nearest[i].map_or(UVec4::ZERO, |([object, triangle], facet, _)| {
+                let object = &self.scene.objects[object as usize];
+                let triangle = &object.triangles[triangle as usize];
+                let parameters = &object.parameters;
+                Exit::new(parameters, tile.direction(i), triangle, &facet).words(parameters)
+            })
         })
     }
 
@@ -278,39 +362,57 @@ impl<'a> CpuRenderer<'a> {
     /// Counts the work of the rays of `frame`.
     pub fn statistics(&mut self, frame: &Frame) -> RayStatistics {
         self.reach_for(frame);
-        let [width, height] = frame.size.map(|side| side as u32);
-        let renderer = &*self;
-        let pixels = (0..height).into_par_iter().flat_map_iter(|y| {
-            (0..width).filter_map(move |x| renderer.nearest(frame, pixel_ray(frame, x, y)))
+        let rows = (0..(frame.size[1] as usize).div_ceil(SIDE)).into_par_iter();
+        let work = rows.map_init(TileHits::new, |hits, row| {
+            let mut work = RayStatistics::default();
+            self.search_row(frame, row, hits, |_, _, nearest| {
+                work = work
+                    + RayStatistics {
+                        hits: 1,
+                        steps: nearest.found.hit().steps.into(),
+                        prisms: nearest.found.prisms().into(),
+                    };
+            });
+            work
         });
-        pixels
-            .map(|nearest| RayStatistics {
-                hits: 1,
-                steps: nearest.found.hit().steps.into(),
-                prisms: nearest.found.prisms().into(),
-            })
-            .reduce(RayStatistics::default, RayStatistics::add)
+        work.reduce(RayStatistics::default, RayStatistics::add)
     }
 
-    /// Calls `shade` for each of `pixels` with a hit, rows in parallel.
+    /// Calls `shade` for each of `pixels` with a hit, rows of tiles in parallel.
     fn for_each_pixel<T: Send>(
         &self,
         frame: &Frame,
         pixels: &mut [T],
         shade: impl Fn(&mut T, Vec3, &Nearest<'a>) + Sync,
     ) {
-        let width = frame.size[0] as usize;
-        pixels
-            .par_chunks_mut(width)
-            .enumerate()
-            .for_each(|(y, row)| {
-                for (x, pixel) in row.iter_mut().enumerate() {
-                    let direction = pixel_ray(frame, x as u32, y as u32);
-                    if let Some(nearest) = self.nearest(frame, direction) {
-                        shade(pixel, direction, &nearest);
-                    }
-                }
+        let rows = pixels.par_chunks_mut(frame.size[0] as usize * SIDE);
+        let rows = rows.enumerate();
+        rows.for_each_init(TileHits::new, |hits, (row, pixels)| {
+            self.search_row(frame, row, hits, |i, direction, nearest| {
+                shade(&mut pixels[i], direction, nearest);
             });
+        });
+    }
+
+    /// Calls `visit` for each hit in row `row` of the tiles: with the index of its pixel in
+    /// the row of tiles, and its direction.
+    fn search_row(
+        &self,
+        frame: &Frame,
+        row: usize,
+        hits: &mut TileHits<'a>,
+        mut visit: impl FnMut(usize, Vec3, &Nearest<'a>),
+    ) {
+        let width = frame.size[0] as usize;
+        for x in (0..width).step_by(SIDE) {
+            let tile = Tile::new(frame, x, row * SIDE);
+            self.search(frame, &tile, hits);
+            for (i, nearest) in hits.nearest.iter().enumerate() {
+                if let Some(nearest) = nearest {
+                    visit(i / SIDE * width + x + i % SIDE, tile.direction(i), nearest);
+                }
+            }
+        }
     }
 }
 
@@ -322,6 +424,12 @@ fn object_ray<'a>(object: &'a PreparedObject, frame: &'a Frame, direction: Vec3)
         direction,
     }
 }
+
+/// The whole picture.
+const EVERYTHING: Rectangle = Rectangle {
+    low: Vec2::NEG_ONE,
+    high: Vec2::ONE,
+};
 
 /// Bound of the relative rounding errors of a box test and of a hit.
 const ROUNDING: f32 = 1e-5;

@@ -161,7 +161,7 @@ impl Hit<'_, '_> {
             .hits
             .tracer
             .get_or_init(|| CpuRenderer::at(scene, frame));
-        tracer.object_at(frame, pixel_ray(frame, self.x, self.y))
+        tracer.object_at(frame, self.x, self.y)
     }
 
     fn index(&self) -> usize {

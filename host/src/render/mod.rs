@@ -40,6 +40,7 @@ mod found;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod hit;
+mod tile;
 mod words;
 
 pub use cpu::{CpuRenderer, RayStatistics};
