@@ -189,7 +189,7 @@ mod tests {
             corners: [Vec2::ZERO; 3],
             rectangle: rectangle(8.0, 8.0),
         };
-        let mut found = 0;
+        let mut found = 0_u64;
         for_each(tile.within(&outline), |i| found |= 1 << i);
         assert_eq!(found, 0x0e_0e0e_0000);
         for (x, y) in [(0.0, 8.0), (16.0, 8.0), (8.0, 0.0), (8.0, 16.0)] {
