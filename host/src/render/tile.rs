@@ -41,12 +41,17 @@ impl Tile {
         let [width, height] = frame.size.map(|side| side as usize);
         let row = u64::from(u8::MAX >> SIDE.saturating_sub(width - x));
         let rows = (0..SIDE.min(height - y)).fold(0, |rows, i| rows | row << (SIDE * i));
-        let step = Vec2::new(2.0 / frame.size[0], -2.0 / frame.size[1]);
-        let at = Vec2::new(x as f32 + 0.5, y as f32 + 0.5);
+        // From the rays: those of a frame may be a part of its picture, and further apart.
+        let [right, up, forward] = [frame.right, frame.up, frame.forward].map(Vec3::from);
+        let [first, to_right, down] =
+            [frame.ray_first, frame.ray_right, frame.ray_down].map(Vec3::from);
+        let scale = 1.0 / first.dot(forward);
+        let corner = Vec2::new(first.dot(right), first.dot(up)) * scale;
+        let step = Vec2::new(to_right.dot(right), down.dot(up)) * scale;
         Tile {
             directions,
             inside: rows,
-            first: Vec2::new(-1.0, 1.0) + at * step,
+            first: corner + Vec2::new(x as f32, y as f32) * step,
             step,
             eye: Vec3::from(frame.eye),
             planes: planes(frame, x as f32, y as f32),
@@ -196,6 +201,29 @@ mod tests {
         for (x, y) in [(0.0, 8.0), (16.0, 8.0), (8.0, 0.0), (8.0, 16.0)] {
             assert_eq!(tile.which(&rectangle(x, y), |_| true), 0);
         }
+    }
+
+    #[test]
+    fn rays_of_a_part_of_the_picture_are_found_where_they_are() {
+        // Every second ray of the right lower quarter.
+        let part = Frame {
+            ray_first: [0.1, -0.1, -1.0],
+            ray_right: [0.4, 0.0, 0.0],
+            ray_down: [0.0, -0.4, 0.0],
+            size: [5.0, 5.0],
+            ..frame()
+        };
+        let tile = Tile::new(&part, 0, 0);
+        let meets = |rectangle: &Rectangle| tile.which(rectangle, |_| true);
+        // Row 0 is the only one near the middle; column 4 near the right side.
+        let low = Vec2::new(0.0, -0.1);
+        let right = Vec2::new(1.0, 0.15);
+        assert_eq!(meets(&Rectangle { low, high: right }), 0x1f);
+        let nothing = Rectangle {
+            low: Vec2::NEG_ONE,
+            high: Vec2::new(-0.1, 1.0),
+        };
+        assert_eq!(meets(&nothing), 0);
     }
 
     #[test]
