@@ -28,6 +28,7 @@ use std::f64::consts::TAU;
 use std::fmt::{self, Write};
 use std::ops::AddAssign;
 use std::path::Path;
+use std::sync::Arc;
 
 /// Scene files and their assets in a temporary folder.
 struct Folder(tempfile::TempDir);
@@ -688,7 +689,7 @@ fn most_pixels_but_not_most_triangles_need_no_prisms() {
 #[test]
 fn a_torn_shell_has_holes() {
     let mut scene = asset_scene("torus", "discs", [24.0, 10.0], "");
-    for data in &mut scene.objects[0].prisms {
+    for data in Arc::make_mut(&mut scene.objects[0].prisms) {
         data.neighbours[0] = NO_NEIGHBOUR;
     }
     let view = Viewpoint::towards(DVec3::new(0.0, 2.3, 3.4), DVec3::ZERO, 38.0);

@@ -241,14 +241,9 @@ macro_rules! renderer {
                     let [r, g, b] = prepared.scene.background.map(f32::to_bits);
                     return [[r, g, b, CLASS_MISS], [0; 4], [0; 4]];
                 };
-                let normal = normals.carved;
-                let [r, g, b] = rgb.to_array().map(trace::word);
-                let [nx, ny, nz] = normal.to_array().map(trace::word);
-                [
-                    [r, g, b, hit.class],
-                    [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(trace::word),
-                    [trace::class_and_steps(&hit), nx, ny, nz],
-                ]
+                let (place, surface) = trace::geometry_words(frame, &hit, normals.carved);
+                let color = trace::color_words(rgb, &hit);
+                [color, place, surface].map(|words| words.to_array())
             }
         }
     };

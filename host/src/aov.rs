@@ -36,9 +36,9 @@ use exr::prelude::{
 };
 use std::path::Path;
 
-/// Estimated bytes per pixel: eight words, and four bytes per channel twice, since the
-/// encoded file is held too.
-pub const PIXEL_BYTES: u64 = 32 + 8 * CHANNELS.len() as u64;
+/// Estimated bytes per pixel: eight words, the object, and four bytes per channel twice, since
+/// the encoded file is held too.
+pub const PIXEL_BYTES: u64 = 36 + 8 * CHANNELS.len() as u64;
 
 /// A channel of the file.
 struct Channel {
@@ -63,6 +63,8 @@ const CHANNELS: &[Channel] = &[
     Channel { name: "N.x", value: Value::Float(|hit| hit.normal()[0]) },
     Channel { name: "N.y", value: Value::Float(|hit| hit.normal()[1]) },
     Channel { name: "N.z", value: Value::Float(|hit| hit.normal()[2]) },
+    Channel { name: "object", value: Value::Integer(|hit| hit.prepared().map_or(0, |object| 1 + object.number as u32)) },
+    Channel { name: "instance", value: Value::Integer(|hit| hit.prepared().map_or(0, |object| 1 + object.instance as u32)) },
 ];
 
 /// Writes the picture `words` of `prepared` in its own frame as OpenEXR, with
@@ -70,8 +72,9 @@ const CHANNELS: &[Channel] = &[
 ///
 /// The channels are `t` (distance along the ray, world units), `u`, `v` (texture
 /// coordinates within one repeat, v down), `delta` (depth fraction), `class` (0
-/// miss, 1 cap, 2 wall, 3 bevel, 4 floor) and `N.x`, `N.y`, `N.z` (unit normal,
-/// world axes). All are 0 for a miss.
+/// miss, 1 cap, 2 wall, 3 bevel, 4 floor), `N.x`, `N.y`, `N.z` (unit normal,
+/// world axes), `object` (its number in the scene, from 1) and `instance` (that of the
+/// object, from 1). All are 0 for a miss.
 ///
 /// # Errors
 /// [`Error::Write`] or [`Error::Encode`].

@@ -98,13 +98,15 @@ pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanat
         ("relievo_fused", Shaders::Fused.module()?),
         ("relievo_fast", Shaders::Fast.module()?),
     ];
+    // Instances are drawn alike.
     let objects = scene.objects.iter().enumerate();
+    let objects = objects.filter(|(_, object)| object.instance == 0);
     Ok(Explanation {
         objects: objects
             .map(|(index, object)| ObjectPlan {
                 name: object.name.clone(),
                 plan: plans.get(index).cloned().flatten(),
-                features: features(object, &scene.objects[..index]),
+                features: features(object, &scene.objects[..index], copies(scene, object)),
                 shaders: modules
                     .each_ref()
                     .map(|(folder, module)| shader_cost(object, folder, module)),
@@ -129,8 +131,15 @@ fn shader_cost(object: &PreparedObject, folder: &str, module: &Module) -> Shader
     }
 }
 
-/// Returns all features for `object`, which comes after the `earlier` ones.
-fn features(object: &PreparedObject, earlier: &[PreparedObject]) -> Vec<Feature> {
+/// Returns the number of objects that share the facets of `object`.
+fn copies(scene: &PreparedScene, object: &PreparedObject) -> usize {
+    let objects = scene.objects.iter();
+    objects.filter(|other| object.shares_facets(other)).count()
+}
+
+/// Returns all features for `object`, which comes after the `earlier` ones and whose facets
+/// are drawn `copies` times.
+fn features(object: &PreparedObject, earlier: &[PreparedObject], copies: usize) -> Vec<Feature> {
     let parameters = &object.parameters;
     let feature = |name, is_in, why: &str, why_not: &str| Feature {
         name,
@@ -203,6 +212,14 @@ fn features(object: &PreparedObject, earlier: &[PreparedObject]) -> Vec<Feature>
             "the shape file holds one",
             "codes of 8 or 16 bits",
         ),
+        Feature {
+            name: "instances",
+            is_in: copies > 1,
+            why: match copies {
+                1 => "no other object differs by its place only".to_string(),
+                _ => format!("{copies} objects share one preparation"),
+            },
+        },
         Feature {
             name: "shared shape map",
             is_in: shared_map.is_some(),

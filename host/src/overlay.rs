@@ -26,7 +26,7 @@
 //! ```
 
 use crate::picture::Picture;
-use crate::prepare::PreparedScene;
+use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::{CpuRenderer, RenderError, Renderer, allocate};
 use crate::scene::Color;
 use rayon::prelude::*;
@@ -35,6 +35,7 @@ use relievo_shared::facet::intersect;
 use relievo_shared::layout::{Frame, Triangle, vec3};
 use relievo_shared::outline::bounding_rectangle;
 use relievo_shared::surface::local_depth;
+use std::borrow::Cow;
 
 /// Samples per pixel side: edges are two samples wide, so one pixel.
 const SAMPLES: u32 = 2;
@@ -64,7 +65,8 @@ pub fn draw_mesh(
     let frame = scene.frame_with_samples(SAMPLES);
     let width = frame.size[0] as usize;
     let height = frame.size[1] as usize;
-    let facets = nearest_facets(&frame, &triangles(scene))?;
+    let frames = frames(scene, &frame);
+    let facets = nearest_facets(&frame, &facets(scene, &frames))?;
     let is_edge = |x: usize, y: usize| {
         let facet = |x: usize, y: usize| facets[y * width + x];
         let own = facet(x, y);
@@ -105,28 +107,25 @@ pub fn draw_mesh(
 pub fn local_depth_picture(scene: &PreparedScene, frame: &Frame) -> Result<Picture, RenderError> {
     let words = CpuRenderer::new(scene).color(frame)?;
     let mut picture = Picture::develop(&words, 1)?;
-    let triangles = triangles(scene);
-    let facets = nearest_facets(frame, &triangles)?;
-    // For each triangle h / S_z where its depth is not reduced.
-    let wholes: Vec<f32> = scene
-        .objects
-        .iter()
-        .flat_map(|object| {
-            let whole = (f64::from(object.parameters.depth) / object.depth) as f32;
-            object.triangles.iter().map(move |_| whole)
-        })
-        .collect();
-    let eye = vec3(frame.eye);
+    let frames = frames(scene, frame);
+    let all = facets(scene, &frames);
+    let nearest = nearest_facets(frame, &all)?;
     let width = picture.width as usize;
-    let pixels = picture.bytes.par_chunks_exact_mut(3).zip(&facets);
+    let pixels = picture.bytes.par_chunks_exact_mut(3).zip(&nearest);
     pixels.enumerate().for_each(|(i, (pixel, facet))| {
         if *facet == NO_FACET {
             return;
         }
+        let Facet {
+            triangle,
+            frame,
+            object,
+        } = all[*facet as usize];
         let direction = pixel_ray(frame, (i % width) as u32, (i / width) as u32);
-        let triangle = triangles[*facet as usize];
-        let hit = intersect(eye, direction, triangle);
-        let share = local_depth(triangle, &hit, wholes[*facet as usize]);
+        let hit = intersect(vec3(frame.eye), direction, triangle);
+        // h / S_z where the depth of the triangle is not reduced.
+        let whole = (f64::from(object.parameters.depth) / object.depth) as f32;
+        let share = local_depth(triangle, &hit, whole);
         if share < FULL {
             let ink = heat(1.0 + share.max(f32::MIN_POSITIVE).log2() / OCTAVES);
             for (byte, ink) in pixel.iter_mut().zip(ink) {
@@ -150,13 +149,34 @@ pub fn heat(x: f32) -> [f32; 3] {
     std::array::from_fn(|i| from[i] + (to[i] - from[i]) * part)
 }
 
-fn triangles(scene: &PreparedScene) -> Vec<&Triangle> {
-    let objects = scene.objects.iter();
-    objects.flat_map(|object| &object.triangles).collect()
+/// A triangle, and the frame in the space of its object.
+#[derive(Clone, Copy)]
+struct Facet<'a> {
+    triangle: &'a Triangle,
+    frame: &'a Frame,
+    object: &'a PreparedObject,
 }
 
-/// Finds the index of the nearest triangle in each pixel of `frame`.
-fn nearest_facets(frame: &Frame, triangles: &[&Triangle]) -> Result<Vec<u32>, RenderError> {
+/// Returns `frame` in the space of each object.
+fn frames<'a>(scene: &PreparedScene, frame: &'a Frame) -> Vec<Cow<'a, Frame>> {
+    let objects = scene.objects.iter();
+    objects.map(|object| object.frame(frame)).collect()
+}
+
+fn facets<'a>(scene: &'a PreparedScene, frames: &'a [Cow<'_, Frame>]) -> Vec<Facet<'a>> {
+    let objects = scene.objects.iter().zip(frames);
+    let facets = objects.flat_map(|(object, frame)| {
+        object.triangles.iter().map(move |triangle| Facet {
+            triangle,
+            frame,
+            object,
+        })
+    });
+    facets.collect()
+}
+
+/// Finds the index of the nearest of `facets` in each pixel of `frame`.
+fn nearest_facets(frame: &Frame, facets: &[Facet<'_>]) -> Result<Vec<u32>, RenderError> {
     let [width, height] = frame.size.map(|side| side as usize);
     // First and last column and row of each triangle, from the top left.
     let pixels = |low: f32, high: f32, side: usize| {
@@ -164,37 +184,41 @@ fn nearest_facets(frame: &Frame, triangles: &[&Triangle]) -> Result<Vec<u32>, Re
         let last = (0.5 * (high + 1.0) * side as f32).ceil() as usize;
         first..last.min(side)
     };
-    let boxes: Vec<_> = triangles
+    let boxes: Vec<_> = facets
         .iter()
-        .map(|triangle| {
-            let rectangle = bounding_rectangle(frame, triangle);
+        .map(|facet| {
+            let rectangle = bounding_rectangle(facet.frame, facet.triangle);
             (
                 pixels(rectangle.low.x, rectangle.high.x, width),
                 pixels(-rectangle.high.y, -rectangle.low.y, height),
             )
         })
         .collect();
-    let mut facets = allocate("the mesh's facets", width * height, NO_FACET)?;
-    let eye = vec3(frame.eye);
-    facets
+    let mut found = allocate("the mesh's facets", width * height, NO_FACET)?;
+    found
         .par_chunks_mut(width)
         .enumerate()
         .for_each(|(y, row)| {
             let mut nearest = vec![f32::INFINITY; width];
-            for (i, (triangle, (columns, rows))) in triangles.iter().zip(&boxes).enumerate() {
+            for (i, (facet, (columns, rows))) in facets.iter().zip(&boxes).enumerate() {
                 if !rows.contains(&y) {
                     continue;
                 }
+                let Facet {
+                    triangle, frame, ..
+                } = facet;
                 for x in columns.clone() {
-                    let hit = intersect(eye, pixel_ray(frame, x as u32, y as u32), triangle);
-                    if hit.hit && hit.t > 0.0 && hit.t < nearest[x] {
-                        nearest[x] = hit.t;
+                    let direction = pixel_ray(frame, x as u32, y as u32);
+                    let hit = intersect(vec3(frame.eye), direction, triangle);
+                    let t = hit.t * frame.unit;
+                    if hit.hit && t > 0.0 && t < nearest[x] {
+                        nearest[x] = t;
                         row[x] = i as u32;
                     }
                 }
             }
         });
-    Ok(facets)
+    Ok(found)
 }
 
 #[cfg(test)]

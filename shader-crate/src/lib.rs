@@ -17,14 +17,14 @@ use relievo_shared::exit::{self, Exit, KnownExit};
 use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, known};
 use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
 use relievo_shared::model::prisms::Home;
-use relievo_shared::model::{Flat, Hit, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
+use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::outline::{Outline, outline, outline_vertex, prism_outline};
 use relievo_shared::shape_map::Texels;
 use relievo_shared::walk::PrismList;
 use relievo_shared::{camera, for_each_facet, for_each_search, trace};
 use spirv_std::arch::{IndexUnchecked, kill};
-use spirv_std::glam::{UVec2, UVec4, Vec3, Vec4, vec4};
+use spirv_std::glam::{UVec2, UVec4, Vec4, vec4};
 use spirv_std::{Image, spirv};
 
 /// Texels in a storage buffer.
@@ -210,39 +210,7 @@ fn find<M: Model<Over>, Over>(
     (entry, traced)
 }
 
-/// The words of a pixel in colour pictures: linear RGB as the bits of three f32,
-/// and the class.
-#[inline]
-fn color_words(rgb: Vec3, hit: &Hit) -> UVec4 {
-    UVec4::new(
-        trace::word(rgb.x),
-        trace::word(rgb.y),
-        trace::word(rgb.z),
-        hit.class,
-    )
-}
-
-/// The words of a pixel in geometry pictures: (t, u, v, δ) and (class and steps, N),
-/// as bits.
-#[inline]
-fn geometry_words(hit: &Hit, normal: Vec3) -> (UVec4, UVec4) {
-    (
-        UVec4::new(
-            trace::word(hit.t),
-            trace::word(hit.uv.x),
-            trace::word(hit.uv.y),
-            trace::word(hit.depth_fraction),
-        ),
-        UVec4::new(
-            trace::class_and_steps(hit),
-            trace::word(normal.x),
-            trace::word(normal.y),
-            trace::word(normal.z),
-        ),
-    )
-}
-
-/// Defines an entry point that writes [`color_words`], with self-shadows if `$shadow`.
+/// Defines an entry point that writes [`trace::color_words`], with self-shadows if `$shadow`.
 /// If `$facts` are given, it draws only objects for which they hold.
 macro_rules! color_entry_point {
     ($name:ident, $model:ident, $facet:ident, $shadow:literal $(, $facts:expr)?) => {
@@ -272,13 +240,13 @@ macro_rules! color_entry_point {
             $(let object = &known::<{ $facts }>(object);)?
             let ray = Ray { frame, object, direction };
             let rgb = trace::color::<$shadow, $model, _, _>(&ray, &over, &texels, &entry, &traced);
-            *color = color_words(rgb, &traced.hit);
+            *color = trace::color_words(rgb, &traced.hit);
             *depth = traced.hit.depth;
         }
     };
 }
 
-/// Defines an entry point that writes [`geometry_words`]. If `$facts` are given, it
+/// Defines an entry point that writes [`trace::geometry_words`]. If `$facts` are given, it
 /// draws only objects for which they hold.
 macro_rules! geometry_entry_point {
     ($name:ident, $model:ident, $facet:ident $(, $facts:expr)?) => {
@@ -304,7 +272,7 @@ macro_rules! geometry_entry_point {
             let ray = Ray { frame, object, direction };
             let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
             let normals = trace::normals::<$model, _, _>(&ray, &over, &texels, &entry, &traced);
-            (*place, *surface) = geometry_words(&traced.hit, normals.carved);
+            (*place, *surface) = trace::geometry_words(frame, &traced.hit, normals.carved);
             *depth = traced.hit.depth;
         }
     };

@@ -44,6 +44,7 @@ pub fn reversed_depth(frame: &Frame, direction: Vec3, t: Real) -> Real {
 #[allow(clippy::disallowed_methods)] // Never compiled for a device.
 pub(crate) mod tests {
     use super::*;
+    use crate::layout::UPRIGHT_AXES;
 
     /// A picture of `width` × `height` pixels along `forward` from `eye`, and
     /// half the vertical field of view by its tangent.
@@ -70,6 +71,8 @@ pub(crate) mod tests {
             ray_right: ray_right.to_array(),
             ray_down: ray_down.to_array(),
             size: [w, h],
+            unit: 1.0,
+            axes: UPRIGHT_AXES,
             ..Frame::default()
         }
     }

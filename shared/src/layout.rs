@@ -208,7 +208,8 @@ pub struct PrismData {
 /// The surface ends at this side of a prism.
 pub const NO_NEIGHBOUR: u32 = 0xffff_ffff;
 
-/// The camera, the picture and the light of one frame.
+/// The camera, the picture and the light of one frame, in the space of the objects that
+/// are drawn with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(C)]
@@ -237,7 +238,14 @@ pub struct Frame {
     pub ambient: [Real; 3],
     /// Width and height of the picture, pixels (whole numbers).
     pub size: [Real; 2],
+    /// World units per object unit; pictures of the geometry are in world units.
+    pub unit: Real,
+    /// The axes of object space, world axes: the columns of a rotation.
+    pub axes: [[Real; 3]; 3],
 }
+
+/// The axes of a space that is not turned.
+pub const UPRIGHT_AXES: [[Real; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
 
 /// The parameters of one object.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -344,8 +352,12 @@ const _: () = {
         size_of::<Slab>() == 20 && size_of::<PrismData>() == 336 && align_of::<PrismData>() == 4
     );
     assert!(offset_of!(PrismData, facet) == 204 && offset_of!(PrismData, neighbours) == 324);
-    assert!(size_of::<Frame>() == 132 && align_of::<Frame>() == 4);
-    assert!(offset_of!(Frame, right) == 16 && offset_of!(Frame, size) == 124);
+    assert!(size_of::<Frame>() == 172 && align_of::<Frame>() == 4);
+    assert!(
+        offset_of!(Frame, right) == 16
+            && offset_of!(Frame, size) == 124
+            && offset_of!(Frame, unit) == 132
+    );
     assert!(size_of::<Object>() == 148 && align_of::<Object>() == 4);
     assert!(offset_of!(Object, cap_color) == 48 && offset_of!(Object, shininess) == 96);
 };

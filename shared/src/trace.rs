@@ -4,11 +4,13 @@
 use crate::arithmetic::floor;
 use crate::camera::reversed_depth;
 use crate::contract::{check, check2, check3};
+use crate::layout::{Frame, vec3};
 use crate::light;
 use crate::model::{Hit, Model, Normals, Ray, Traced};
 use crate::normals::{CLASS_MISS, HitSurface, class_of, normal_at};
 use crate::shape_map::{ShapeMap, Texels};
-use crate::{Vec2, Vec3};
+use crate::{Real, Vec2, Vec3};
+use glam::UVec4;
 
 /// Searches the shell behind `entry` for the first hit. A hit in front of the near
 /// plane is a miss.
@@ -111,12 +113,37 @@ pub fn color<const SHADOW: bool, M: Model<Over>, Over, T: Texels + ?Sized>(
 
 /// Float bits, with −0 normalised to +0.
 #[inline]
-pub fn word(x: f32) -> u32 {
+#[allow(clippy::unnecessary_cast)] // Real may be f64.
+pub fn word(x: Real) -> u32 {
+    let x = x as f32;
     if x == 0.0 { 0 } else { x.to_bits() }
 }
 
-/// Class and number of steps in one word, as geometry pictures store them.
+/// The words of a pixel in colour pictures: linear RGB as the bits of three f32, and the
+/// class.
 #[inline]
-pub fn class_and_steps(hit: &Hit) -> u32 {
-    hit.class | (hit.steps << 8)
+pub fn color_words(rgb: Vec3, hit: &Hit) -> UVec4 {
+    UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), hit.class)
+}
+
+/// The words of a pixel in geometry pictures: (t, u, v, δ), and (class + 256 · steps, N).
+/// t is in world units, and the unit normal N in world axes.
+#[inline]
+pub fn geometry_words(frame: &Frame, hit: &Hit, normal: Vec3) -> (UVec4, UVec4) {
+    let [x, y, z] = frame.axes;
+    let normal = vec3(x) * normal.x + vec3(y) * normal.y + vec3(z) * normal.z;
+    (
+        UVec4::new(
+            word(hit.t * frame.unit),
+            word(hit.uv.x),
+            word(hit.uv.y),
+            word(hit.depth_fraction),
+        ),
+        UVec4::new(
+            hit.class | (hit.steps << 8),
+            word(normal.x),
+            word(normal.y),
+            word(normal.z),
+        ),
+    )
 }

@@ -99,15 +99,14 @@ fn plan_loaded(
     }
     let metrics = measure(&planned.scene);
     for (index, metrics) in metrics.into_iter().enumerate() {
-        let PreparedObject { number, mesh, .. } = &planned.scene.objects[index];
-        let (number, mesh) = (*number, mesh.clone());
-        let object = &scene.objects[number];
+        let prepared = &planned.scene.objects[index];
+        let object = &scene.objects[prepared.number];
         let Some(budget) = object.budget else {
             continue;
         };
         progress(Step::Plan(object.name.clone()));
         let map = loaded.pattern_size(object);
-        let mut make = |object: &SceneObject| loaded.object(number, object, mesh.clone());
+        let mut make = |object: &SceneObject| loaded.again(prepared, object);
         let (plan, drawn) = plan_object(object, budget, metrics, map, &planned.scene, &mut make)?;
         tracing::info!("{:?}: {plan}", object.name);
         planned.plans[index] = Some(plan);

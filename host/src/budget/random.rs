@@ -1,7 +1,7 @@
 //! Random scenes of one mesh and one pattern of this project, to fit and to test
 //! the planner.
 
-use crate::prepare::rotation;
+use crate::scene::rotation;
 use glam::DVec3;
 use std::fmt::Write;
 

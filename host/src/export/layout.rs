@@ -135,6 +135,8 @@ structs! {
         light_color: [f32; 3], "linear RGB", "Colour of the light times its intensity.";
         ambient: [f32; 3], "linear RGB", "Colour of the ambient light.";
         size: [f32; 2], "pixels", "Width and height of the picture, integers.";
+        unit: f32, "world units", "World units per object unit; not read by these shaders.";
+        axes: [[f32; 3]; 3], "", "Axes of object space; not read by these shaders.";
     }
     object Object "Parameters of one object." {
         map_size: [f32; 2], "texels", "Width and height of the shape map, integers.";

@@ -3,12 +3,13 @@
 
 use super::error::ExportError;
 use crate::prepare::PreparedObject;
-use glam::DVec3;
+use glam::{DQuat, DVec3};
 use gltf::binary::{Glb, Header};
 use gltf::json::accessor::{ComponentType, GenericComponentType, Type};
 use gltf::json::buffer::{Stride, Target, View};
 use gltf::json::material::{PbrBaseColorFactor, PbrMetallicRoughness, StrengthFactor};
 use gltf::json::mesh::{Mode, Primitive, Semantic};
+use gltf::json::scene::UnitQuaternion;
 use gltf::json::validation::Checked::Valid;
 use gltf::json::validation::USize64;
 use gltf::json::{self, Accessor, Asset, Buffer, Index, Material, Mesh, Node, Root, Scene, Value};
@@ -79,7 +80,7 @@ pub(super) fn glb(object: &PreparedObject, origin: DVec3) -> Result<Vec<u8>, Exp
     let mut bytes = Vec::with_capacity(length);
     let mut low = [f32::INFINITY; 3];
     let mut high = [f32::NEG_INFINITY; 3];
-    for triangle in &object.triangles {
+    for triangle in object.triangles.iter() {
         let reductions = depth_reductions(triangle.depth_reductions);
         for (corner, reduction) in triangle.corners.iter().zip(reductions) {
             let (lower, higher) = (low.iter_mut(), high.iter_mut());
@@ -179,10 +180,15 @@ fn root(object: &PreparedObject, origin: DVec3, count: usize, bounds: [[f32; 3];
         extensions: None,
         extras: None,
     });
+    let placement = object.placement.unwrap_or_default();
+    let turned = placement.rotation != DQuat::IDENTITY;
+    let scaled = placement.scale != 1.0;
     let node = root.push(Node {
         name: Some(object.name.clone()),
         mesh: Some(mesh),
-        translation: Some(origin.as_vec3().to_array()),
+        translation: Some((origin + placement.translation).as_vec3().to_array()),
+        rotation: turned.then(|| UnitQuaternion(placement.rotation.as_quat().to_array())),
+        scale: scaled.then_some([placement.scale as f32; 3]),
         ..Node::default()
     });
     let scene: Index<Scene> = root.push(json::Scene {

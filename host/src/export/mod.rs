@@ -112,13 +112,15 @@ impl Sources {
 pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFile>, ExportError> {
     let is_wanted = |object: &&PreparedObject| {
         let wanted = options.object.as_ref();
-        wanted.is_none_or(|name| *name == object.name)
+        // Instances have the same files.
+        object.instance == 0 && wanted.is_none_or(|name| *name == object.name)
     };
     let objects: Vec<&PreparedObject> = scene.objects.iter().filter(is_wanted).collect();
     if let (Some(name), []) = (&options.object, objects.as_slice()) {
         let known: Vec<String> = scene
             .objects
             .iter()
+            .filter(|object| object.instance == 0)
             .map(|object| format!("{:?}", object.name))
             .collect();
         return Err(ExportError::NoObject {
@@ -206,8 +208,9 @@ fn export_object(
         bindings::rust(entry_points, options.output),
     ));
     let draw = [6 * object.triangles.len() as u32, 1, 0, 0];
+    let frame = object.frame(&scene.frame);
     let buffers: [(&str, &[u8]); 5] = [
-        ("frame.bin", bytemuck::bytes_of(&scene.frame)),
+        ("frame.bin", bytemuck::bytes_of(&*frame)),
         ("object.bin", bytemuck::bytes_of(&object.parameters)),
         ("facets.bin", &facet_bytes(object, entry_points.facets)),
         ("map.bin", bytemuck::cast_slice(object.map.words())),

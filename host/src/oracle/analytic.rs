@@ -3,10 +3,10 @@
 use super::shape::{Foot, Shape};
 use super::wide::wide_object;
 use super::{Oracle, Sample};
-use crate::prepare::PreparedObject;
+use crate::prepare::{Placement, PreparedObject};
 use crate::scene::SceneObject;
 use crate::shape_map::ShapeMap;
-use glam::{DQuat, DVec2, DVec3, EulerRot};
+use glam::{DVec2, DVec3};
 use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
 use relievo_shared_f64::profile::Profile;
 use std::f64::consts::SQRT_2;
@@ -15,46 +15,6 @@ use std::f64::consts::SQRT_2;
 /// can be missed.
 const LEAST_OUTSIDE: f64 = 1e-6;
 const LEAST_INSIDE: f64 = 1e-5;
-
-/// Transform of an object: scaled, then rotated, then translated.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Placement {
-    /// World units per object unit, above 0.
-    pub scale: f64,
-    /// Rotation from object space to world space.
-    pub rotation: DQuat,
-    /// Translation, world units.
-    pub translation: DVec3,
-}
-
-impl Placement {
-    /// The identity.
-    pub const NONE: Placement = Placement {
-        scale: 1.0,
-        rotation: DQuat::IDENTITY,
-        translation: DVec3::ZERO,
-    };
-
-    /// Returns the transform of a scene's object.
-    pub fn of(object: &SceneObject) -> Placement {
-        let [x, y, z] = object.rotate.map(f64::to_radians);
-        Placement {
-            scale: object.scale,
-            rotation: DQuat::from_euler(EulerRot::ZYX, z, y, x),
-            translation: DVec3::from(object.translate),
-        }
-    }
-
-    /// Transforms a point from world to object space.
-    pub fn point(&self, world: DVec3) -> DVec3 {
-        self.direction(world - self.translation) / self.scale
-    }
-
-    /// Transforms a unit direction from world to object space.
-    pub fn direction(&self, world: DVec3) -> DVec3 {
-        self.rotation.inverse() * world
-    }
-}
 
 /// A carved surface of a known shape.
 ///
@@ -82,8 +42,8 @@ pub struct AnalyticOracle<'a> {
 impl Oracle for AnalyticOracle<'_> {
     fn trace(&self, eye: DVec3, direction: DVec3) -> Sample {
         let ray = Ray {
-            eye: self.placement.point(eye),
-            direction: self.placement.direction(direction),
+            eye: self.placement.to_object(eye),
+            direction: self.placement.direction_to_object(direction),
         };
         match self.first_solid(&ray) {
             Some((before, t)) => self.refine(&ray, before, t),
@@ -118,10 +78,10 @@ impl<'a> AnalyticOracle<'a> {
         let parameters = &prepared.parameters;
         Self {
             shape,
-            placement: Placement::of(object),
+            placement: prepared.transform,
             map: &prepared.map,
             repeat: object.repeat,
-            depth: f64::from(parameters.depth),
+            depth: prepared.unit() * f64::from(parameters.depth),
             profile: Profile::new(&wide_object(parameters)),
             cut_out: object.cut_out,
         }
@@ -130,7 +90,7 @@ impl<'a> AnalyticOracle<'a> {
     /// Computes the unit normal of the carved surface at `sample` of the ray from
     /// `eye` along the unit vector `direction`; world space.
     pub fn normal(&self, eye: DVec3, direction: DVec3, sample: Sample) -> DVec3 {
-        let p = self.placement.point(eye + direction * sample.t);
+        let p = self.placement.to_object(eye + direction * sample.t);
         // Wide enough to smooth the staircase outline of the pattern.
         let h = 3.0 / self.texel_rate(p, 0.5 * self.own_depth()).0;
         let slope = |f: &dyn Fn(&Foot) -> f64| -> DVec3 {
@@ -144,7 +104,8 @@ impl<'a> AnalyticOracle<'a> {
         } else {
             -slope(&|foot| foot.depth)
         };
-        self.placement.rotation * gradient.normalize_or(-self.placement.direction(direction))
+        self.placement.rotation
+            * gradient.normalize_or(-self.placement.direction_to_object(direction))
     }
 
     /// S_z, object units.

@@ -1,11 +1,11 @@
 //! Finds the known surface that a mesh approximates.
 
-use super::analytic::{AnalyticOracle, Placement};
+use super::analytic::AnalyticOracle;
 use super::flat::{Cylinder, Plane};
 use super::shape::Shape;
 use super::{Ellipsoid, Saddle, Sphere, Torus};
 use crate::mesh::Mesh;
-use crate::prepare::PreparedObject;
+use crate::prepare::{Placement, PreparedObject};
 use crate::scene::SceneObject;
 use glam::{DVec2, DVec3};
 
@@ -91,11 +91,18 @@ impl AnalyticOracle<'_> {
         object: &SceneObject,
         prepared: &'a PreparedObject,
     ) -> Result<AnalyticOracle<'a>, UnknownShape> {
-        let placement = Placement::of(object);
+        // A mesh that is placed is scaled only.
+        let of_mesh = match prepared.placement {
+            None => prepared.transform,
+            Some(_) => Placement {
+                scale: object.scale,
+                ..Placement::default()
+            },
+        };
         let name = || object.name.clone();
         let shape = KNOWN
             .into_iter()
-            .find(|shape| fits(*shape, &prepared.mesh, &placement))
+            .find(|shape| fits(*shape, &prepared.mesh, &of_mesh))
             .ok_or_else(|| UnknownShape::Mesh { object: name() })?;
         for (closed, repeat) in shape.closed().into_iter().zip(object.repeat) {
             if closed && repeat.fract() != 0.0 {
@@ -107,7 +114,7 @@ impl AnalyticOracle<'_> {
             }
         }
         let oracle = AnalyticOracle::new(shape, object, prepared);
-        let largest = shape.largest_depth() * placement.scale;
+        let largest = shape.largest_depth() * of_mesh.scale;
         // The closed forms have one depth.
         if prepared.depth >= largest || prepared.reduces_depth() {
             return Err(UnknownShape::Depth {
@@ -126,10 +133,10 @@ impl AnalyticOracle<'_> {
 pub(super) fn fits(shape: &dyn Shape, mesh: &Mesh, placement: &Placement) -> bool {
     let corners = mesh.triangles.iter().flat_map(|triangle| &triangle.corners);
     let on_surface = corners.into_iter().all(|corner| {
-        let p = placement.point(corner.position);
+        let p = placement.to_object(corner.position);
         let tolerance = TOLERANCE * shape.radius();
         let foot = shape.foot(p);
-        let below = p - placement.direction(corner.normal) * tolerance;
+        let below = p - placement.direction_to_object(corner.normal) * tolerance;
         foot.depth.abs() <= tolerance
             && foot.beyond <= tolerance
             && shape.foot(below).depth > foot.depth

@@ -5,13 +5,13 @@ use super::prism_search::{HulledPrism, Opening, search};
 use super::wide::{wide_object, wide_prism};
 use super::{Oracle, Sample};
 use crate::hierarchy;
-use crate::prepare::PreparedScene;
+use crate::prepare::{Placement, PreparedScene};
 use glam::{DVec3, Vec3, Vec3A};
 use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_MISS, CLASS_WALL};
-use relievo_shared_f64::layout::{NO_NEIGHBOUR, Object};
+use relievo_shared_f64::layout::{NO_NEIGHBOUR, Object, PrismData, Slab};
 use relievo_shared_f64::normals::class_of;
 use relievo_shared_f64::profile::Profile;
 use relievo_shared_f64::shape_map::ShapeMap;
@@ -70,11 +70,16 @@ impl<'a> MeshOracle<'a> {
         let mut objects = Vec::with_capacity(scene.objects.len());
         for (index, object) in scene.objects.iter().enumerate() {
             let parameters = wide_object(&object.parameters);
+            let placement = object.placement.unwrap_or_default();
+            let depth = placement.scale * parameters.depth;
             let first = prisms.len();
             let all = object.all_prisms(scene.origin);
-            prisms.extend(all.iter().map(|data| ScenePrism {
-                prism: HulledPrism::new(&wide_prism(data), parameters.depth),
-                object: index,
+            prisms.extend(all.iter().map(|data| {
+                let prism = placed(&wide_prism(data), &placement);
+                ScenePrism {
+                    prism: HulledPrism::new(&prism, depth),
+                    object: index,
+                }
             }));
             objects.push(SceneObject {
                 first,
@@ -157,6 +162,31 @@ impl<'a> MeshOracle<'a> {
             }
         }
         false
+    }
+}
+
+/// Returns `prism` in world space.
+fn placed(prism: &PrismData, placement: &Placement) -> PrismData {
+    let Placement {
+        scale, rotation, ..
+    } = *placement;
+    let turned = |v: [f64; 3]| (rotation * DVec3::from(v)).to_array();
+    let scaled = |v: [f64; 3]| (rotation * (scale * DVec3::from(v))).to_array();
+    PrismData {
+        anchor: placement.point(prism.anchor.into()).to_array(),
+        surface: prism.surface.map(scaled),
+        normal: prism.normal.map(turned),
+        corner_normals: prism.corner_normals.map(turned),
+        facet: turned(prism.facet),
+        least_determinant: prism.least_determinant * scale.powi(3),
+        slabs: prism.slabs.map(|slab| Slab {
+            axis: (rotation * DVec3::from(slab.axis) / scale).to_array(),
+            ..slab
+        }),
+        centre: scaled(prism.centre),
+        radius: prism.radius * scale,
+        inverse_altitude: prism.inverse_altitude / scale,
+        ..*prism
     }
 }
 

@@ -46,7 +46,7 @@ mod sphere;
 mod torus;
 pub mod wide;
 
-pub use analytic::{AnalyticOracle, Placement};
+pub use analytic::AnalyticOracle;
 pub use displacement::{Displacements, RADII, SHARE};
 pub use ellipsoid::Ellipsoid;
 pub use flat::{Cylinder, Plane};

@@ -106,6 +106,8 @@ pub fn wide_frame(frame: &Frame) -> double::Frame {
         light_color: wide(frame.light_color),
         ambient: wide(frame.ambient),
         size: wide(frame.size),
+        unit: f64::from(frame.unit),
+        axes: frame.axes.map(wide),
     }
 }
 

@@ -3,7 +3,7 @@
 use crate::mesh::Bounds;
 use crate::scene::{Camera, Scene};
 use glam::DVec3;
-use relievo_shared::layout::Frame;
+use relievo_shared::layout::{Frame, UPRIGHT_AXES};
 
 /// Returns a camera that sees everything, from the front, right and above.
 pub(super) fn default_camera(bounds: &Bounds, scene: &Scene) -> Camera {
@@ -76,6 +76,8 @@ pub fn unlit_frame(
         ray_right: narrow(ray_right),
         ray_down: narrow(ray_down),
         size: [width as f32, height as f32],
+        unit: 1.0,
+        axes: UPRIGHT_AXES,
         ..Frame::default()
     }
 }

@@ -16,7 +16,12 @@ pub(super) fn exit_number(parameters: &Object, triangles: &[Triangle], number: u
         && triangles.par_iter().any(|triangle| {
             triangle.depth_reductions != 0 || triangle.corners.iter().any(is_too_curved)
         });
-    if asks { (number % 255 + 1) as u32 } else { 0 }
+    if asks { number_of_exits(number) } else { 0 }
+}
+
+/// Returns the number, 1 to 255, by which object `number` knows its exits.
+pub(super) fn number_of_exits(number: usize) -> u32 {
+    (number % 255 + 1) as u32
 }
 
 /// Returns whether the fast tier draws the object, with a profile and not as relief.

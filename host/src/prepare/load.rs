@@ -4,6 +4,8 @@
 use super::camera::{default_camera, frame, sees};
 use super::meshes::{LoadedMesh, MeshCache, cached, load_meshes};
 use super::object::{Common, prepare_object};
+use super::placement::Placement;
+use super::places::{Place, Sharing, Source, places};
 use super::prepared::{PreparedObject, PreparedScene};
 use super::shapes::Shapes;
 use super::shells::Shells;
@@ -29,8 +31,13 @@ pub struct Assets {
 /// A scene whose files are loaded.
 pub(crate) struct LoadedScene<'a> {
     scene: &'a Scene,
-    /// One for each object.
+    sources: Vec<Source<'a>>,
+    /// One for each source.
     meshes: Vec<LoadedMesh>,
+    /// Where the sources stand, in drawing order.
+    places: Vec<Place>,
+    /// Whether each place is seen.
+    is_seen: Vec<bool>,
     /// Patterns of the objects that are seen.
     shapes: Shapes,
     /// Local depths of the meshes.
@@ -74,19 +81,52 @@ impl<'a> LoadedScene<'a> {
         scene.check()?;
         let mut account = Account::new(&scene.path, &scene.limits);
         take_picture(scene, &mut account)?;
-        let meshes = load_meshes(scene, is_seen, before.meshes, &mut account, progress)?;
-        let objects = scene.objects.iter().zip(&meshes);
-        let seen = objects.filter(|(_, loaded)| loaded.mesh.is_some());
+        // A plan depends on where an object is.
+        let has_budgets = scene.objects.iter().any(|object| object.budget.is_some());
+        let sharing = if has_budgets {
+            Sharing::Apart
+        } else {
+            Sharing::Shared
+        };
+        let (sources, places) = places(scene, sharing, &mut account)?;
+        let of_place = |place: &Place, bounds: &Bounds| match &place.placement {
+            Some(placement) => placement.bounds(bounds),
+            None => *bounds,
+        };
+        let mut of_source: Vec<Vec<&Place>> = vec![Vec::new(); sources.len()];
+        for place in &places {
+            of_source[place.source].push(place);
+        }
+        let meshes = load_meshes(
+            scene,
+            &sources,
+            &|source, bounds| {
+                let mut places = of_source[source].iter();
+                places.any(|place| is_seen(&of_place(place, bounds)))
+            },
+            before.meshes,
+            &mut account,
+            progress,
+        )?;
+        let around: Vec<Bounds> = places
+            .iter()
+            .map(|place| of_place(place, &meshes[place.source].bounds))
+            .collect();
+        let seen_places = places.iter().zip(&around);
+        let is_seen: Vec<bool> = seen_places
+            .map(|(place, bounds)| meshes[place.source].mesh.is_some() && is_seen(bounds))
+            .collect();
+        let seen = sources.iter().zip(&meshes);
+        let seen = seen.filter(|(_, loaded)| loaded.mesh.is_some());
         let shapes = Shapes::load(
-            seen.map(|(object, _)| object),
+            seen.map(|(source, _)| &*source.object),
             scene,
             before.shapes,
             &mut account,
             progress,
         )?;
-        let bounds = meshes
-            .iter()
-            .map(|loaded| loaded.bounds)
+        let bounds = around
+            .into_iter()
             .reduce(|a, b| Bounds {
                 min: a.min.min(b.min),
                 max: a.max.max(b.max),
@@ -98,7 +138,10 @@ impl<'a> LoadedScene<'a> {
         Ok(LoadedScene {
             frame: frame(scene, &camera, bounds.centre(), &bounds, scene.size),
             scene,
+            sources,
             meshes,
+            places,
+            is_seen,
             shapes,
             shells: before.shells.for_next(),
             bounds,
@@ -109,24 +152,63 @@ impl<'a> LoadedScene<'a> {
 
     /// Prepares every object that is seen, as the scene describes it.
     pub(crate) fn prepare(&mut self) -> Result<PreparedScene, Error> {
-        let scene = self.scene;
-        let mut objects = Vec::with_capacity(self.meshes.len());
-        let mut outside = Vec::new();
-        for (number, object) in scene.objects.iter().enumerate() {
-            match self.meshes[number].mesh.clone() {
-                Some(mesh) => {
-                    let prepared = self.object(number, object, mesh)?;
-                    tell_local_depth(&prepared);
-                    objects.push(prepared);
+        let mut objects: Vec<PreparedObject> = Vec::with_capacity(self.places.len());
+        let mut outside: Vec<String> = Vec::new();
+        // The prepared object of each source that is shared.
+        let mut shared: Vec<Option<usize>> = vec![None; self.sources.len()];
+        for index in 0..self.places.len() {
+            let Place {
+                number,
+                instance,
+                source,
+                placement,
+            } = self.places[index];
+            let name = &self.scene.objects[number].name;
+            let mesh = self.meshes[source].mesh.clone();
+            let Some(mesh) = mesh.filter(|_| self.is_seen[index]) else {
+                if outside.last() != Some(name) {
+                    outside.push(name.clone());
                 }
-                None => outside.push(object.name.clone()),
-            }
+                continue;
+            };
+            let of_source = self.sources[source].transform;
+            let transform = placement.map_or(of_source, |placement| of_source.then(&placement));
+            // Positions of a shared mesh are relative to its own centre.
+            let placement = placement.map(|placement| Placement {
+                translation: placement.point(mesh.bounds.centre()) - self.bounds.centre(),
+                ..placement
+            });
+            let prepared = match shared[source] {
+                Some(first) => objects[first].clone(),
+                None => {
+                    let object = self.sources[source].object.clone();
+                    let origin = match placement {
+                        Some(_) => mesh.bounds.centre(),
+                        None => self.bounds.centre(),
+                    };
+                    let prepared = self.object_at(index, &object, mesh, origin)?;
+                    tell_local_depth(&prepared);
+                    if placement.is_some() {
+                        shared[source] = Some(objects.len());
+                    }
+                    prepared
+                }
+            };
+            let prepared = PreparedObject {
+                name: name.clone(),
+                number,
+                instance,
+                placement,
+                transform,
+                ..prepared
+            };
+            objects.push(prepared.in_order(index));
         }
         Ok(PreparedScene {
             frame: self.frame,
-            size: scene.size,
-            supersampling: scene.supersampling,
-            background: scene.background.linear(),
+            size: self.scene.size,
+            supersampling: self.scene.supersampling,
+            background: self.scene.background.linear(),
             objects,
             outside,
             origin: self.bounds.centre(),
@@ -136,13 +218,38 @@ impl<'a> LoadedScene<'a> {
         })
     }
 
-    /// Prepares object `number` of the scene as `object` describes it, which has
-    /// the same pattern; `mesh` is its mesh.
-    pub(crate) fn object(
+    /// Prepares the object that `prepared` is as `object` describes it, which has the same
+    /// mesh and pattern.
+    pub(crate) fn again(
+        &mut self,
+        prepared: &PreparedObject,
+        object: &SceneObject,
+    ) -> Result<PreparedObject, Error> {
+        let is_it =
+            |place: &&Place| (place.number, place.instance) == (prepared.number, prepared.instance);
+        let place = self.places.iter().find(is_it);
+        let object = SceneObject {
+            // That of the instance.
+            depth: place.and_then(|place| self.sources[place.source].object.depth),
+            ..object.clone()
+        };
+        let mesh = prepared.mesh.clone();
+        let made = self.object_at(prepared.number, &object, mesh, self.bounds.centre())?;
+        Ok(PreparedObject {
+            number: prepared.number,
+            instance: prepared.instance,
+            transform: prepared.transform,
+            ..made
+        })
+    }
+
+    /// Prepares `object`, number `number` of those drawn, with positions relative to `origin`.
+    fn object_at(
         &mut self,
         number: usize,
         object: &SceneObject,
         mesh: Arc<Mesh>,
+        origin: DVec3,
     ) -> Result<PreparedObject, Error> {
         let map = self.shapes.map(object).map_err(|problem| Error::Object {
             scene: self.scene.path.clone(),
@@ -151,7 +258,7 @@ impl<'a> LoadedScene<'a> {
         })?;
         let common = Common {
             scene: self.scene,
-            origin: self.bounds.centre(),
+            origin,
             pixel: DVec3::from(self.frame.ray_right.map(f64::from)).length(),
             shells: &mut self.shells,
         };
@@ -172,7 +279,7 @@ impl<'a> LoadedScene<'a> {
     /// Keeps what was loaded for the next scene.
     pub(crate) fn into_assets(self) -> Assets {
         Assets {
-            meshes: cached(self.scene, &self.meshes),
+            meshes: cached(self.scene, &self.sources, &self.meshes),
             shapes: self.shapes,
             shells: self.shells,
         }

@@ -1,59 +1,60 @@
 //! The meshes of a scene: each is loaded once.
 
+use super::places::Source;
 use super::step::Step;
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::{Bounds, Mesh, MeshOptions, MeshPrism, MeshSource, MeshTriangle};
 use crate::scene::{Scene, SceneObject, Tier};
-use glam::{DQuat, DVec3, EulerRot};
 use relievo_shared::layout::{PrismData, Triangle};
 use std::sync::Arc;
 
 /// Meshes by the source and the options that they were made with.
 pub(super) type MeshCache = Vec<(MeshSource, MeshOptions, Arc<Mesh>)>;
 
-/// The mesh of an object.
+/// The mesh of a source.
 #[derive(Clone)]
 pub(super) struct LoadedMesh {
-    /// `None` where the object is not seen.
+    /// `None` where it is not seen.
     pub mesh: Option<Arc<Mesh>>,
-    /// The box around the mesh, world units.
+    /// The box around the mesh, in its space.
     pub bounds: Bounds,
 }
 
-/// Returns the meshes of the objects of `scene` that are seen.
-pub(super) fn cached(scene: &Scene, meshes: &[LoadedMesh]) -> MeshCache {
+/// Returns the meshes of `sources` that are seen.
+pub(super) fn cached(scene: &Scene, sources: &[Source<'_>], meshes: &[LoadedMesh]) -> MeshCache {
     let smooth_tangents = reads_tangents(scene);
-    let objects = scene.objects.iter().zip(meshes);
-    objects
-        .filter_map(|(object, loaded)| {
+    let sources = sources.iter().zip(meshes);
+    sources
+        .filter_map(|(source, loaded)| {
             let mesh = loaded.mesh.clone()?;
-            Some((
-                object.mesh.clone(),
-                mesh_options(object, smooth_tangents),
-                mesh,
-            ))
+            let options = mesh_options(source, smooth_tangents);
+            Some((source.object.mesh.clone(), options, mesh))
         })
         .collect()
 }
 
-/// Loads the mesh of each object; objects that share a mesh load it once.
+/// Loads the mesh of each of `sources`; those with equal options load it once. `is_seen`
+/// tells whether a box in the space of a source is seen.
 pub(super) fn load_meshes(
     scene: &Scene,
-    is_seen: &dyn Fn(&Bounds) -> bool,
+    sources: &[Source<'_>],
+    is_seen: &dyn Fn(usize, &Bounds) -> bool,
     before: MeshCache,
     account: &mut Account<'_>,
     progress: &(dyn Fn(Step) + Sync),
 ) -> Result<Vec<LoadedMesh>, Error> {
     let smooth_tangents = reads_tangents(scene);
     let mut triangles_left = scene.limits.triangles;
-    let mut loaded: Vec<(MeshSource, MeshOptions, LoadedMesh)> = Vec::new();
-    let mut meshes = Vec::with_capacity(scene.objects.len());
-    for object in &scene.objects {
-        let options = mesh_options(object, smooth_tangents);
+    let mut loaded: Vec<(&MeshSource, MeshOptions, LoadedMesh)> = Vec::new();
+    let mut meshes = Vec::with_capacity(sources.len());
+    for (index, source) in sources.iter().enumerate() {
+        let object = &source.object;
+        let is_seen = |bounds: &Bounds| is_seen(index, bounds);
+        let options = mesh_options(source, smooth_tangents);
         let known = loaded
             .iter()
-            .find(|(path, known, _)| *path == object.mesh && *known == options);
+            .find(|(path, known, _)| **path == object.mesh && *known == options);
         let mesh = match known {
             Some((_, _, mesh)) => mesh.clone(),
             None => {
@@ -71,7 +72,7 @@ pub(super) fn load_meshes(
                             byte_limit: account.left(TEXT_BYTE),
                             ..options.clone()
                         };
-                        Mesh::load_if(&scene.files, &object.mesh, &within, is_seen)?.map(Arc::new)
+                        Mesh::load_if(&scene.files, &object.mesh, &within, &is_seen)?.map(Arc::new)
                     }
                 };
                 let mesh = match made {
@@ -86,19 +87,26 @@ pub(super) fn load_meshes(
                     }
                     Err(bounds) => LoadedMesh { mesh: None, bounds },
                 };
-                loaded.push((object.mesh.clone(), options, mesh.clone()));
+                loaded.push((&object.mesh, options, mesh.clone()));
                 mesh
             }
         };
         if let Some(mesh) = &mesh.mesh {
             let count = mesh.triangles.len();
-            triangles_left = triangles_left.checked_sub(count).ok_or_else(|| Error::Object {
-                scene: scene.path.clone(),
-                name: object.name.clone(),
-                problem: format!(
-                    "its {count} triangles are beyond the limit of {} for all objects together; simplify the mesh, or raise the limit (--max-triangles)",
-                    scene.limits.triangles
-                ),
+            let drawn = count.saturating_mul(source.places);
+            triangles_left = triangles_left.checked_sub(drawn).ok_or_else(|| {
+                let times = match source.places {
+                    1 => String::new(),
+                    places => format!(", drawn {places} times,"),
+                };
+                Error::Object {
+                    scene: scene.path.clone(),
+                    name: object.name.clone(),
+                    problem: format!(
+                        "its {count} triangles{times} are beyond the limit of {} for all objects together; simplify the mesh, or raise the limit (--max-triangles)",
+                        scene.limits.triangles
+                    ),
+                }
             })?;
             account.take(
                 format_args!("object {:?}", object.name),
@@ -130,15 +138,18 @@ fn reads_tangents(scene: &Scene) -> bool {
     })
 }
 
-/// Options to load the mesh of `object` with. `smooth_tangents` is the same for all objects
+/// Options to load the mesh of `source` with. `smooth_tangents` is the same for all objects
 /// of a scene, so that they share meshes.
-fn mesh_options(object: &SceneObject, smooth_tangents: bool) -> MeshOptions {
+fn mesh_options(source: &Source<'_>, smooth_tangents: bool) -> MeshOptions {
+    let Source {
+        object, transform, ..
+    } = source;
     MeshOptions {
         smooth_tangents,
         projection: object.projection,
-        scale: object.scale,
-        rotation: rotation(object.rotate),
-        translation: DVec3::from(object.translate),
+        scale: transform.scale,
+        rotation: transform.rotation,
+        translation: transform.translation,
         crease_angle: object.crease_angle,
         raise: object.depth.filter(|_| object.raised).unwrap_or(0.0),
         ..MeshOptions::default()
@@ -161,15 +172,11 @@ fn drawn_bytes(object: &SceneObject) -> u64 {
     (plain + if has_prisms { prisms } else { 0 }) as u64
 }
 
-/// Rotation of a scene's `rotate`: degrees about x, y and z in turn.
-pub(crate) fn rotation(degrees: [f64; 3]) -> DQuat {
-    let [x, y, z] = degrees.map(f64::to_radians);
-    DQuat::from_euler(EulerRot::ZYX, z, y, x)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::prepare::Placement;
+    use std::borrow::Cow;
     use std::path::Path;
 
     #[test]
@@ -180,7 +187,12 @@ mod tests {
             ["planar", "accurate"].map(|tier| object(&format!("tier = '{tier}'")));
         let options = |objects: &str| {
             let scene = scene(objects);
-            mesh_options(&scene.objects[0], reads_tangents(&scene))
+            let source = Source {
+                object: Cow::Borrowed(&scene.objects[0]),
+                transform: Placement::default(),
+                places: 1,
+            };
+            mesh_options(&source, reads_tangents(&scene))
         };
         let rough = options(&[&*planar, &accurate].concat());
         assert!(!rough.smooth_tangents);

@@ -32,6 +32,8 @@ mod exits;
 mod load;
 mod meshes;
 mod object;
+mod placement;
+mod places;
 mod prepared;
 mod shapes;
 mod shells;
@@ -42,7 +44,7 @@ pub(crate) mod tests;
 pub use camera::{finer, unlit_frame};
 pub use load::Assets;
 pub(crate) use load::LoadedScene;
-pub(crate) use meshes::rotation;
+pub use placement::Placement;
 pub use prepared::{PreparedObject, PreparedScene};
 pub use step::Step;
 

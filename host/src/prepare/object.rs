@@ -2,6 +2,7 @@
 
 use super::camera::narrow;
 use super::exits::{exit_number, is_fast};
+use super::placement::Placement;
 use super::prepared::PreparedObject;
 use super::shells::{MeshShell, Shells};
 use crate::Error;
@@ -21,7 +22,7 @@ const REDUCED_TOLERANCE: f32 = 0.5;
 /// What objects of a scene have in common.
 pub(super) struct Common<'a> {
     pub scene: &'a Scene,
-    /// The scene's origin, world units.
+    /// Point that positions are relative to, in the space of the mesh.
     pub origin: DVec3,
     /// A pixel's width at distance 1, world units.
     pub pixel: f64,
@@ -129,17 +130,20 @@ pub(super) fn prepare_object(
     let mut prepared = PreparedObject {
         name: object.name.clone(),
         number,
+        instance: 0,
+        placement: None,
+        transform: Placement::default(),
         parameters,
-        triangles,
+        triangles: Arc::new(triangles),
         depth,
         local_depth: shell.local_depth,
-        prisms: Vec::new(),
+        prisms: Arc::default(),
         map,
         map_options: object.map,
         mesh,
     };
     if is_accurate {
-        prepared.prisms = prepared.narrow_prisms(&prisms, origin);
+        prepared.prisms = Arc::new(prepared.narrow_prisms(&prisms, origin));
     }
     Ok(prepared)
 }

@@ -1,6 +1,8 @@
 //! A prepared scene: plain data that renderers read.
 
 use super::camera::{finer, frame};
+use super::exits::number_of_exits;
+use super::placement::Placement;
 use crate::mesh::{Bounds, LocalDepth, Mesh, MeshPrism};
 use crate::prism::narrow_prism;
 use crate::scene::{Camera, MapOptions, Scene};
@@ -36,23 +38,32 @@ pub struct PreparedScene {
     pub preparation: Duration,
 }
 
-/// An object, ready for a renderer.
+/// An object, or one of its instances, ready for a renderer. Objects that differ by their
+/// placement only share triangles, prisms, map and mesh.
+#[derive(Clone)]
 pub struct PreparedObject {
     /// The object's name.
     pub name: String,
     /// Its number in the scene, from 0.
     pub number: usize,
+    /// Number of the instance of the object, from 0.
+    pub instance: usize,
+    /// From object space to world space, relative to the scene's origin; `None` where object
+    /// space is world space, relative to the scene's origin.
+    pub placement: Option<Placement>,
+    /// From the space of the mesh file to world space.
+    pub transform: Placement,
     /// Its parameters.
     pub parameters: Object,
-    /// Its triangles, relative to the scene's origin.
-    pub triangles: Vec<Triangle>,
-    /// The depth asked for, world units; that of `parameters` is less where there is
+    /// Its triangles.
+    pub triangles: Arc<Vec<Triangle>>,
+    /// The depth asked for, object units; that of `parameters` is less where there is
     /// nowhere room for it.
     pub depth: f64,
     /// Where the local depth is less than asked for; `None` if it is so nowhere.
     pub local_depth: Option<LocalDepth>,
     /// Its prisms, one for each triangle; empty unless the tier is accurate.
-    pub prisms: Vec<PrismData>,
+    pub prisms: Arc<Vec<PrismData>>,
     /// Its shape map; objects with the same pattern share it.
     pub map: Arc<ShapeMap>,
     /// Options that the map was made with, of a plain pattern.
@@ -85,9 +96,14 @@ impl PreparedScene {
 
     /// Makes the prisms of every object, whatever its tier.
     pub fn make_all_prisms(&mut self) {
-        for object in &mut self.objects {
-            let prisms = object.all_prisms(self.origin).into_owned();
-            object.prisms = prisms;
+        for index in 0..self.objects.len() {
+            let object = &self.objects[index];
+            let first = self.objects[..index].iter();
+            let prisms = match first.rev().find(|first| first.shares_facets(object)) {
+                Some(first) => first.prisms.clone(),
+                None => Arc::new(object.all_prisms(self.origin).into_owned()),
+            };
+            self.objects[index].prisms = prisms;
         }
     }
 
@@ -101,12 +117,38 @@ impl PreparedScene {
 }
 
 impl PreparedObject {
+    /// Returns the object as number `order` of those drawn.
+    pub(super) fn in_order(mut self, order: usize) -> PreparedObject {
+        if self.parameters.number != 0 {
+            self.parameters.number = number_of_exits(order);
+        }
+        self
+    }
+
+    /// Returns the world units per object unit.
+    pub fn unit(&self) -> f64 {
+        self.placement.map_or(1.0, |placement| placement.scale)
+    }
+
+    /// Returns `frame`, which is in world space, in the space of the object.
+    pub fn frame<'a>(&self, frame: &'a Frame) -> Cow<'a, Frame> {
+        match &self.placement {
+            Some(placement) => Cow::Owned(placement.frame(frame)),
+            None => Cow::Borrowed(frame),
+        }
+    }
+
+    /// Returns whether `other` has the same facets in memory.
+    pub fn shares_facets(&self, other: &PreparedObject) -> bool {
+        Arc::ptr_eq(&self.triangles, &other.triangles)
+    }
+
     /// Rounds `prisms` to f32, for the object's depth.
     pub(super) fn narrow_prisms(&self, prisms: &[MeshPrism], origin: DVec3) -> Vec<PrismData> {
         let depth = f64::from(self.parameters.depth);
         prisms
             .par_iter()
-            .zip(&self.triangles)
+            .zip(self.triangles.par_iter())
             .map(|(prism, triangle)| {
                 let uv = triangle.corners.map(|corner| corner.uv);
                 narrow_prism(prism, uv, depth, origin)
@@ -118,6 +160,10 @@ impl PreparedObject {
     /// accurate; `origin` is the scene's.
     pub fn all_prisms(&self, origin: DVec3) -> Cow<'_, [PrismData]> {
         if self.prisms.is_empty() {
+            let origin = match self.placement {
+                Some(_) => self.mesh.bounds.centre(),
+                None => origin,
+            };
             let shell = self.mesh.shell(self.depth);
             Cow::Owned(self.narrow_prisms(&shell.prisms, origin))
         } else {

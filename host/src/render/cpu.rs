@@ -28,38 +28,33 @@
 
 use super::error::{RenderError, allocate};
 use super::found::Found;
-use super::tile::{PIXELS, SIDE, Tile, for_each};
+use super::placed::Placed;
+use super::space::{ROUNDING, Space, may_hold_eye};
+use super::tile::{PIXELS, SIDE, Tile, for_each, visit_tile};
 use super::words::{ColorWords, GeometryWords};
 use super::{Renderer, background_words};
-use crate::hierarchy;
 use crate::prepare::{PreparedObject, PreparedScene};
 use glam::{UVec4, Vec2, Vec3, Vec3A};
-use obvhs::aabb::Aabb;
-use obvhs::bvh2::Bvh2;
 use obvhs::ray::RayHit;
 use rayon::prelude::*;
+use relievo_shared::camera::pixel_ray;
 use relievo_shared::exit::{self, Exit, KnownExit};
 use relievo_shared::facet::{FacetHit, intersect, may_surround_eye};
-use relievo_shared::layout::{Frame, PrismData};
+use relievo_shared::layout::Frame;
 use relievo_shared::model::{Ray, over_triangle};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::outline::{Rectangle, bounding_rectangle, prism_outline};
-use relievo_shared::prism::{cap_hull, is_near, is_open, normal_hull};
-use relievo_shared::trace::{class_and_steps, word};
+use relievo_shared::prism::is_near;
+use relievo_shared::trace;
 use std::ops::Add;
 
 /// Renders one scene on the CPU.
 pub struct CpuRenderer<'a> {
     scene: &'a PreparedScene,
-    bvh: Bvh2,
-    /// Object and triangle of each leaf of the hierarchy, in its order.
-    leaves: Vec<[u32; 2]>,
-    /// Maximum distance of the eye from the origin that the boxes are wide enough
-    /// for.
-    reach: f32,
-    /// Maximum distance by which a ray may meet what a box holds before the box,
-    /// object units; infinite if it is not known.
-    early: f32,
+    /// The objects without a placement.
+    world: Space<'a>,
+    /// The objects with one.
+    placed: Placed<'a>,
     /// Object and index of each prism or triangle whose shell may contain the eye.
     around_eye: Vec<[u32; 2]>,
     /// Whether rays ask for their exits.
@@ -71,6 +66,8 @@ pub struct CpuRenderer<'a> {
 struct Nearest<'a> {
     object: &'a PreparedObject,
     found: Found,
+    /// Distance, world units.
+    t: f32,
     /// Index of the object, and of its triangle.
     order: [u32; 2],
 }
@@ -80,8 +77,15 @@ struct TileHits<'a> {
     nearest: [Option<Nearest<'a>>; PIXELS],
     /// The exits of the rays: their words, or zeros.
     exits: [UVec4; PIXELS],
-    /// Nodes of the hierarchy still to visit, with their least distance from the eye.
-    stack: Vec<(f32, u32)>,
+    stacks: Stacks,
+}
+
+/// Nodes still to visit, with their least distance from the eye: of the hierarchy of a
+/// space, and of that over the placed objects.
+#[derive(Default)]
+struct Stacks {
+    space: Vec<(f32, u32)>,
+    placed: Vec<(f32, u32)>,
 }
 
 impl TileHits<'_> {
@@ -89,7 +93,7 @@ impl TileHits<'_> {
         TileHits {
             nearest: [None; PIXELS],
             exits: [UVec4::ZERO; PIXELS],
-            stack: Vec::new(),
+            stacks: Stacks::default(),
         }
     }
 }
@@ -118,16 +122,15 @@ impl Add for RayStatistics {
 }
 
 impl<'a> CpuRenderer<'a> {
-    /// Builds the hierarchy over all triangles of `scene`.
+    /// Builds the hierarchies over all triangles of `scene`.
     pub fn new(scene: &'a PreparedScene) -> CpuRenderer<'a> {
         let reach = 2.0 * Vec3::from(scene.frame.eye).abs().max_element();
-        let (bvh, leaves) = build(scene, reach);
+        let objects = (0..).zip(&scene.objects);
+        let world = objects.filter(|(_, object)| object.placement.is_none());
         CpuRenderer {
             scene,
-            bvh,
-            leaves,
-            reach,
-            early: earliest_entry(scene),
+            world: Space::new(world.collect(), reach),
+            placed: Placed::new(scene),
             around_eye: Vec::new(),
             asks_for_exits: scene
                 .objects
@@ -136,28 +139,36 @@ impl<'a> CpuRenderer<'a> {
         }
     }
 
-    /// As [`CpuRenderer::new`], ready for [`CpuRenderer::object_at`] of `frame`.
-    pub(super) fn at(scene: &'a PreparedScene, frame: &Frame) -> CpuRenderer<'a> {
-        let mut renderer = CpuRenderer::new(scene);
-        renderer.reach_for(frame);
-        renderer
-    }
-
-    /// Returns the index of the object that pixel (`x`, `y`) of `frame` shows.
-    pub(super) fn object_at(&self, frame: &Frame, x: u32, y: u32) -> Option<usize> {
-        let mut hits = TileHits::new();
-        self.search(frame, &Tile::new(frame, x as usize, y as usize), &mut hits);
-        hits.nearest[0].map(|nearest| nearest.order[0] as usize)
+    /// Returns the index of the object that each pixel of `frame` shows, rows from the top;
+    /// [`NO_OBJECT`] for a miss.
+    pub(super) fn objects(&mut self, frame: &Frame) -> Vec<u32> {
+        self.reach_for(frame);
+        let count = frame.size[0] as usize * frame.size[1] as usize;
+        let mut objects = vec![NO_OBJECT; count];
+        self.for_each_pixel(frame, &mut objects, |object, _, nearest| {
+            *object = nearest.order[0];
+        });
+        objects
     }
 
     /// Makes the boxes wide enough for the eye of `frame`, and finds the prisms
     /// and triangles around it.
     fn reach_for(&mut self, frame: &Frame) {
-        let eye = Vec3::from(frame.eye);
+        self.world
+            .reach_for(Vec3::from(frame.eye).abs().max_element());
+        self.placed.reach_for(self.scene, frame);
         self.around_eye.clear();
         for (i, object) in self.scene.objects.iter().enumerate() {
+            let frame = self.placed.frame(frame, i as u32);
+            if object.placement.is_some() {
+                let bounds = self.placed.spaces[self.placed.space_of[i] as usize].bounds();
+                if !may_hold_eye(frame, &bounds, object.parameters.depth) {
+                    continue;
+                }
+            }
             let order = |(j, is_near): (usize, bool)| is_near.then_some([i as u32, j as u32]);
             if object.has_prisms() {
+                let eye = Vec3::from(frame.eye);
                 let prisms = object.prisms.par_iter();
                 let near = prisms.map(|prism| is_near(prism, eye - Vec3::from(prism.anchor)));
                 let near = near.enumerate().filter_map(order);
@@ -170,27 +181,59 @@ impl<'a> CpuRenderer<'a> {
                 self.around_eye.par_extend(near);
             }
         }
-        let distance = eye.abs().max_element();
-        if distance > self.reach {
-            self.reach = 2.0 * distance;
-            (self.bvh, self.leaves) = build(self.scene, self.reach);
-        }
     }
 
     /// Finds the nearest hits on the rays of `tile`.
     fn search(&self, frame: &Frame, tile: &Tile, hits: &mut TileHits<'a>) {
         hits.nearest = [None; PIXELS];
-        let mut stack = std::mem::take(&mut hits.stack);
+        let mut stacks = std::mem::take(&mut hits.stacks);
         if self.asks_for_exits {
-            hits.exits = self.exits(frame, tile, &mut stack);
+            hits.exits = self.exits(frame, tile, &mut stacks);
         }
+        let mut own: Option<(u32, Tile)> = None;
         for &order in &self.around_eye {
-            self.consider(frame, tile, order, None, hits);
+            if self.scene.objects[order[0] as usize].placement.is_none() {
+                self.consider(frame, tile, order, None, hits);
+                continue;
+            }
+            let frame = self.placed.frame(frame, order[0]);
+            if own.as_ref().is_none_or(|(object, _)| *object != order[0]) {
+                own = Some((order[0], tile.seen_from(frame)));
+            }
+            if let Some((_, tile)) = &own {
+                self.consider(frame, tile, order, None, hits);
+            }
         }
-        self.visit_tile(tile, &mut stack, |order, distance| {
+        self.for_each_facet(frame, tile, &mut stacks, |frame, tile, order, distance| {
             self.consider(frame, tile, order, Some(distance), hits);
         });
-        hits.stack = stack;
+        hits.stacks = stacks;
+    }
+
+    /// Calls `visit` with all facets that the rays of `tile` may meet: with frame and tile in
+    /// the space of their object, their order, and their least distance from the eye.
+    #[inline]
+    fn for_each_facet(
+        &self,
+        frame: &Frame,
+        tile: &Tile,
+        stacks: &mut Stacks,
+        mut visit: impl FnMut(&Frame, &Tile, [u32; 2], f32),
+    ) {
+        let Stacks { space, placed } = stacks;
+        visit_tile(&self.world.bvh, tile, space, |leaf, distance| {
+            visit(frame, tile, self.world.leaves[leaf as usize], distance);
+        });
+        visit_tile(&self.placed.bvh, tile, placed, |leaf, _| {
+            let object = self.placed.objects[leaf as usize];
+            let frame = self.placed.frame(frame, object);
+            let tile = tile.seen_from(frame);
+            let own = self.placed.space(object);
+            visit_tile(&own.bvh, &tile, space, |leaf, distance| {
+                let [_, facet] = own.leaves[leaf as usize];
+                visit(frame, &tile, [object, facet], distance);
+            });
+        });
     }
 
     /// Traces the rays of `tile` over a facet at least `distance` away from the eye; `None` if
@@ -219,16 +262,20 @@ impl<'a> CpuRenderer<'a> {
                 intersect(frame.eye.into(), direction, triangle).hit
             })
         };
-        let slack = self.early + ROUNDING * self.reach;
+        let space = match object.placement {
+            None => &self.world,
+            Some(_) => self.placed.space(order[0]),
+        };
+        let slack = space.slack() * frame.unit;
         for_each(pixels, |i| {
             let nearest = &mut hits.nearest[i];
             let mut best = 0.0;
             if let Some(nearest) = nearest {
-                let hit = nearest.found.hit();
-                if distance.is_some_and(|distance| distance > hit.t * (1.0 + ROUNDING) + slack) {
+                let behind = nearest.t * (1.0 + ROUNDING) + slack;
+                if distance.is_some_and(|distance| distance * frame.unit > behind) {
                     return;
                 }
-                best = hit.depth;
+                best = nearest.found.hit().depth;
             }
             let ray = object_ray(object, frame, tile.direction(i));
             let exit = KnownExit(hits.exits[i]);
@@ -247,6 +294,7 @@ impl<'a> CpuRenderer<'a> {
             if wins {
                 *nearest = Some(Nearest {
                     object,
+                    t: hit.t * frame.unit,
                     found,
                     order,
                 });
@@ -254,40 +302,8 @@ impl<'a> CpuRenderer<'a> {
         });
     }
 
-    /// Calls `visit` with what the rays of `tile` may meet, and its least distance from the
-    /// eye; roughly from near to far.
-    #[inline]
-    fn visit_tile(
-        &self,
-        tile: &Tile,
-        stack: &mut Vec<(f32, u32)>,
-        mut visit: impl FnMut([u32; 2], f32),
-    ) {
-        let nodes = &self.bvh.nodes;
-        let entry = |index: u32| Some((tile.nearest(nodes[index as usize].aabb())?, index));
-        stack.clear();
-        stack.extend((!nodes.is_empty()).then(|| entry(0)).flatten());
-        while let Some((distance, index)) = stack.pop() {
-            let node = &nodes[index as usize];
-            let first = node.first_index;
-            if node.is_leaf() {
-                for leaf in first..first + node.prim_count {
-                    visit(self.leaves[leaf as usize], distance);
-                }
-                continue;
-            }
-            let (left, right) = (entry(first), entry(first + 1));
-            // The last one is visited first.
-            if left < right {
-                stack.extend(right.into_iter().chain(left));
-            } else {
-                stack.extend(left.into_iter().chain(right));
-            }
-        }
-    }
-
-    /// Calls `visit` with what the ray of `frame` along `direction` may meet, near boxes
-    /// first. `visit` returns the distance of the nearest hit so far: boxes that start more
+    /// Calls `visit` with what the ray of `frame` along `direction` may meet of the objects
+    /// without a placement, near boxes first. `visit` returns the distance of the nearest hit so far: boxes that start more
     /// than `early` behind it are left out.
     fn visit(
         &self,
@@ -297,16 +313,19 @@ impl<'a> CpuRenderer<'a> {
         mut visit: impl FnMut([u32; 2]) -> Option<f32>,
     ) {
         let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
-        let slack = early + ROUNDING * self.reach;
-        self.bvh.ray_traverse(ray, &mut RayHit::none(), |_, leaf| {
-            visit(self.leaves[leaf]).map_or(f32::INFINITY, |t| t * (1.0 + ROUNDING) + slack)
-        });
+        let slack = early + self.world.slack();
+        self.world
+            .bvh
+            .ray_traverse(ray, &mut RayHit::none(), |_, leaf| {
+                visit(self.world.leaves[leaf])
+                    .map_or(f32::INFINITY, |t| t * (1.0 + ROUNDING) + slack)
+            });
     }
 
     /// Finds the exits of the rays of `tile`: their words, or zeros.
-    fn exits(&self, frame: &Frame, tile: &Tile, stack: &mut Vec<(f32, u32)>) -> [UVec4; PIXELS] {
+    fn exits(&self, frame: &Frame, tile: &Tile, stacks: &mut Stacks) -> [UVec4; PIXELS] {
         let mut nearest: [Option<([u32; 2], FacetHit, f32)>; PIXELS] = [None; PIXELS];
-        self.visit_tile(tile, stack, |order, _| {
+        self.for_each_facet(frame, tile, stacks, |frame, tile, order, _| {
             let object = &self.scene.objects[order[0] as usize];
             if object.parameters.number == 0 {
                 return;
@@ -328,13 +347,24 @@ impl<'a> CpuRenderer<'a> {
             });
         });
         std::array::from_fn(|i| {
-            nearest[i].map_or(UVec4::ZERO, |([object, triangle], facet, _)| {
-                let object = &self.scene.objects[object as usize];
-                let triangle = &object.triangles[triangle as usize];
+            nearest[i].map_or(UVec4::ZERO, |(order, facet, _)| {
+                let object = &self.scene.objects[order[0] as usize];
+                let triangle = &object.triangles[order[1] as usize];
                 let parameters = &object.parameters;
-                Exit::new(parameters, tile.direction(i), triangle, &facet).words(parameters)
+                let direction = self.direction(frame, tile, i, order[0]);
+                Exit::new(parameters, direction, triangle, &facet).words(parameters)
             })
         })
+    }
+
+    /// Returns the direction of ray `index` of `tile`, which is one of `frame`, in the space of
+    /// `object`.
+    fn direction(&self, frame: &Frame, tile: &Tile, index: usize, object: u32) -> Vec3 {
+        if self.scene.objects[object as usize].placement.is_none() {
+            return tile.direction(index);
+        }
+        let [x, y] = tile.pixel(index);
+        pixel_ray(self.placed.frame(frame, object), x, y)
     }
 
     /// Finds the first front-facing triangle on the ray of `frame` along
@@ -395,7 +425,7 @@ impl<'a> CpuRenderer<'a> {
     }
 
     /// Calls `visit` for each hit in row `row` of the tiles: with the index of its pixel in
-    /// the row of tiles, and its direction.
+    /// the row of tiles, and its direction in the space of its object.
     fn search_row(
         &self,
         frame: &Frame,
@@ -409,7 +439,8 @@ impl<'a> CpuRenderer<'a> {
             self.search(frame, &tile, hits);
             for (i, nearest) in hits.nearest.iter().enumerate() {
                 if let Some(nearest) = nearest {
-                    visit(i / SIDE * width + x + i % SIDE, tile.direction(i), nearest);
+                    let direction = self.direction(frame, &tile, i, nearest.order[0]);
+                    visit(i / SIDE * width + x + i % SIDE, direction, nearest);
                 }
             }
         }
@@ -431,92 +462,8 @@ const EVERYTHING: Rectangle = Rectangle {
     high: Vec2::ONE,
 };
 
-/// Bound of the relative rounding errors of a box test and of a hit.
-const ROUNDING: f32 = 1e-5;
-
-/// Returns the maximum distance by which a ray may enter a shell before the box of what it
-/// enters through, object units. Rays that enter through triangles do so where the quadric
-/// of the surface is, which has no bound.
-fn earliest_entry(scene: &PreparedScene) -> f32 {
-    let objects = scene.objects.iter();
-    let entries = objects.map(|object| {
-        if !object.has_prisms() {
-            return f32::INFINITY;
-        }
-        // Rays may enter up to 0.01, in weights, beyond the sides: well below a tenth of the
-        // radius.
-        let radii = object.prisms.iter().map(|prism| 0.1 * prism.radius);
-        radii.fold(0.0, f32::max)
-    });
-    entries.fold(0.0, f32::max)
-}
-
-/// Builds the hierarchy over all triangles of `scene`, and returns it with the
-/// object and triangle of each leaf. The boxes are wider than the triangles by
-/// more than the rounding errors of the box test and of the triangle test for
-/// an eye within `reach`, so that the shared triangle test alone decides.
-fn build(scene: &PreparedScene, reach: f32) -> (Bvh2, Vec<[u32; 2]>) {
-    let mut leaves = Vec::with_capacity(scene.triangle_count());
-    let mut boxes = Vec::with_capacity(scene.triangle_count());
-    for (i, object) in scene.objects.iter().enumerate() {
-        let bounds: &mut dyn Iterator<Item = (Vec3, Vec3)> = if object.has_prisms() {
-            let depth = object.parameters.depth;
-            &mut object
-                .prisms
-                .iter()
-                .map(move |prism| prism_bounds(prism, depth))
-        } else {
-            &mut object.triangles.iter().map(|triangle| {
-                let [a, b, c] = triangle.corners.map(|corner| Vec3::from(corner.position));
-                (a.min(b).min(c), a.max(b).max(c))
-            })
-        };
-        for (j, (low, high)) in bounds.enumerate() {
-            let largest = low.abs().max(high.abs()).max_element().max(reach);
-            let margin = Vec3::splat(4e-6 * largest);
-            boxes.push(Aabb::new((low - margin).into(), (high + margin).into()));
-            leaves.push([i as u32, j as u32]);
-        }
-    }
-    let bvh = hierarchy::build(&boxes);
-    let leaves = bvh
-        .primitive_indices
-        .iter()
-        .map(|&index| leaves[index as usize])
-        .collect();
-    (bvh, leaves)
-}
-
-/// Returns the bounding box of the faces through which a ray may enter a prism
-/// from outside.
-fn prism_bounds(data: &PrismData, depth: f32) -> (Vec3, Vec3) {
-    let cap = cap_hull(data);
-    let mut low = cap.into_iter().fold(cap[0], Vec3::min);
-    let mut high = cap.into_iter().fold(cap[0], Vec3::max);
-    if is_open(data) {
-        for (point, normal) in cap.into_iter().zip(normal_hull(data)) {
-            let floor = point - normal * depth;
-            low = low.min(floor);
-            high = high.max(floor);
-        }
-    }
-    // Rays may enter slightly beyond the sides.
-    let margin = Vec3::splat(1e-3 * (high - low).max_element());
-    let anchor = Vec3::from(data.anchor);
-    (anchor + low - margin, anchor + high + margin)
-}
-
-impl Nearest<'_> {
-    fn normal(&self, frame: &Frame, direction: Vec3) -> Vec3 {
-        let ray = object_ray(self.object, frame, direction);
-        self.found.normal(&ray, self.object, self.order[1])
-    }
-
-    fn color(&self, frame: &Frame, direction: Vec3) -> Vec3 {
-        let ray = object_ray(self.object, frame, direction);
-        self.found.color(&ray, self.object, self.order[1])
-    }
-}
+/// No object: the pixel is a miss.
+pub(super) const NO_OBJECT: u32 = u32::MAX;
 
 impl Renderer for CpuRenderer<'_> {
     fn name(&self) -> String {
@@ -529,13 +476,15 @@ impl Renderer for CpuRenderer<'_> {
         let count = width as usize * height as usize;
         let mut words = allocate("the picture", count, background_words(self.scene))?;
         self.for_each_pixel(frame, &mut words, |pixel, direction, nearest| {
-            let rgb = nearest.color(frame, direction);
-            *pixel = [
-                word(rgb.x),
-                word(rgb.y),
-                word(rgb.z),
-                nearest.found.hit().class,
-            ];
+            let Nearest {
+                object,
+                found,
+                order,
+                ..
+            } = nearest;
+            let ray = object_ray(object, self.placed.frame(frame, order[0]), direction);
+            let rgb = found.color(&ray, object, order[1]);
+            *pixel = trace::color_words(rgb, found.hit()).to_array();
         });
         Ok(ColorWords {
             width,
@@ -550,17 +499,17 @@ impl Renderer for CpuRenderer<'_> {
         let count = width as usize * height as usize;
         let mut both = allocate("the picture's geometry", count, ([0; 4], [0; 4]))?;
         self.for_each_pixel(frame, &mut both, |pixel, direction, nearest| {
-            let hit = nearest.found.hit();
-            let normal = nearest.normal(frame, direction);
-            *pixel = (
-                [hit.t, hit.uv.x, hit.uv.y, hit.depth_fraction].map(word),
-                [
-                    class_and_steps(hit),
-                    word(normal.x),
-                    word(normal.y),
-                    word(normal.z),
-                ],
-            );
+            let Nearest {
+                object,
+                found,
+                order,
+                ..
+            } = nearest;
+            let frame = self.placed.frame(frame, order[0]);
+            let ray = object_ray(object, frame, direction);
+            let normal = found.normal(&ray, object, order[1]);
+            let (place, surface) = trace::geometry_words(frame, found.hit(), normal);
+            *pixel = (place.to_array(), surface.to_array());
         });
         let mut place = allocate("the picture's geometry", count, [0; 4])?;
         let mut surface = allocate("the picture's geometry", count, [0; 4])?;

@@ -1,8 +1,8 @@
 //! What one pixel hits.
 
-use super::cpu::CpuRenderer;
+use super::cpu::{CpuRenderer, NO_OBJECT};
 use super::words::GeometryWords;
-use crate::prepare::PreparedScene;
+use crate::prepare::{PreparedObject, PreparedScene};
 use glam::{DVec3, Vec3};
 use relievo_shared::camera::pixel_ray;
 use relievo_shared::layout::Frame;
@@ -51,8 +51,8 @@ pub struct Hits<'a> {
     scene: &'a PreparedScene,
     frame: &'a Frame,
     words: &'a GeometryWords,
-    /// Finds the objects of hits; created at the first use.
-    tracer: OnceLock<CpuRenderer<'a>>,
+    /// The object of each pixel; found at the first use.
+    objects: OnceLock<Vec<u32>>,
 }
 
 /// The hit of one pixel.
@@ -76,7 +76,7 @@ impl<'a> Hits<'a> {
             scene,
             frame,
             words,
-            tracer: OnceLock::new(),
+            objects: OnceLock::new(),
         }
     }
 
@@ -108,8 +108,7 @@ impl<'a> Hits<'a> {
 }
 
 impl Hit<'_, '_> {
-    /// Returns the distance of the hit from the eye, world units. The shaders' object
-    /// units are the same: transforms are applied when meshes are loaded.
+    /// Returns the distance of the hit from the eye, world units.
     pub fn t(&self) -> f32 {
         self.hits.words.t(self.index())
     }
@@ -149,19 +148,25 @@ impl Hit<'_, '_> {
 
     /// Returns the index of the object in [`PreparedScene::objects`].
     ///
-    /// Words do not store it: in a scene of several objects the pixel's ray is
-    /// traced again, on the CPU. `None` if that ray misses, which happens only
-    /// with words of a device that rounds differently.
+    /// Words do not store it: the picture of a scene of several objects is traced again, on
+    /// the CPU, once. `None` if that ray misses, which happens only with words of a device
+    /// that rounds differently.
     pub fn object(&self) -> Option<usize> {
         let Hits { scene, frame, .. } = *self.hits;
         if scene.objects.len() == 1 {
             return Some(0);
         }
-        let tracer = self
+        let objects = self
             .hits
-            .tracer
-            .get_or_init(|| CpuRenderer::at(scene, frame));
-        tracer.object_at(frame, self.x, self.y)
+            .objects
+            .get_or_init(|| CpuRenderer::new(scene).objects(frame));
+        let object = objects[self.index()];
+        (object != NO_OBJECT).then_some(object as usize)
+    }
+
+    /// Returns the object, as [`Hit::object`] does.
+    pub fn prepared(&self) -> Option<&PreparedObject> {
+        self.object().map(|index| &self.hits.scene.objects[index])
     }
 
     fn index(&self) -> usize {

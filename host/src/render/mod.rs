@@ -40,6 +40,8 @@ mod found;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod hit;
+mod placed;
+mod space;
 mod tile;
 mod words;
 

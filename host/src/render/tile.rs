@@ -2,6 +2,7 @@
 
 use glam::{Vec2, Vec3};
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
 use relievo_shared::camera::pixel_ray;
 use relievo_shared::layout::Frame;
 use relievo_shared::outline::{Outline, Rectangle};
@@ -24,6 +25,8 @@ pub(super) struct Tile {
     first: Vec2,
     step: Vec2,
     eye: Vec3,
+    /// The first pixel.
+    origin: [usize; 2],
     /// Normals of the four planes around the rays, which point inwards: their x, y and z.
     planes: [[f32; 4]; 3],
 }
@@ -54,8 +57,21 @@ impl Tile {
             first: corner + Vec2::new(x as f32, y as f32) * step,
             step,
             eye: Vec3::from(frame.eye),
+            origin: [x, y],
             planes: planes(frame, x as f32, y as f32),
         }
+    }
+
+    /// Returns the same tile of `frame`, which is the same picture in another space.
+    pub(super) fn seen_from(&self, frame: &Frame) -> Tile {
+        let [x, y] = self.origin;
+        Tile::new(frame, x, y)
+    }
+
+    /// Returns column and row of pixel `index` in the picture.
+    pub(super) fn pixel(&self, index: usize) -> [u32; 2] {
+        let [x, y] = self.origin;
+        [(x + index % SIDE) as u32, (y + index / SIDE) as u32]
     }
 
     /// The direction of pixel `index`.
@@ -148,6 +164,38 @@ fn planes(frame: &Frame, x: f32, y: f32) -> [[f32; 4]; 3] {
     ];
     let inwards = normals.map(|normal| normal * normal.dot(middle).signum());
     array::from_fn(|axis| inwards.map(|normal| normal[axis]))
+}
+
+/// Calls `visit` with the leaves of `bvh` that the rays of `tile` may meet, and their least
+/// distance from the eye; roughly from near to far.
+#[inline]
+pub(super) fn visit_tile(
+    bvh: &Bvh2,
+    tile: &Tile,
+    stack: &mut Vec<(f32, u32)>,
+    mut visit: impl FnMut(u32, f32),
+) {
+    let nodes = &bvh.nodes;
+    let entry = |index: u32| Some((tile.nearest(nodes[index as usize].aabb())?, index));
+    stack.clear();
+    stack.extend((!nodes.is_empty()).then(|| entry(0)).flatten());
+    while let Some((distance, index)) = stack.pop() {
+        let node = &nodes[index as usize];
+        let first = node.first_index;
+        if node.is_leaf() {
+            for leaf in first..first + node.prim_count {
+                visit(leaf, distance);
+            }
+            continue;
+        }
+        let (left, right) = (entry(first), entry(first + 1));
+        // The last one is visited first.
+        if left < right {
+            stack.extend(right.into_iter().chain(left));
+        } else {
+            stack.extend(left.into_iter().chain(right));
+        }
+    }
 }
 
 /// Calls `visit` with the index of each pixel in `set`.

@@ -1,7 +1,8 @@
 //! Scenes in code: constructors and setters that can be chained.
 
 use super::{
-    Camera, Color, Light, MapOptions, Material, Scene, SceneObject, Shape, Technique, Tier,
+    Camera, Color, Instances, Light, MapOptions, Material, Scene, SceneObject, Shape, Technique,
+    Tier,
 };
 use crate::mesh::{MeshSource, Projection};
 use crate::{Files, Limits};
@@ -195,6 +196,8 @@ setters! {
     rotate: [f64; 3];
     /// Sets the translation, world units.
     translate: [f64; 3];
+    /// Sets copies of the object, placed after its own transform.
+    instances: Instances, Some;
 }
 
 impl SceneObject {

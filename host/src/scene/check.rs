@@ -1,7 +1,7 @@
 //! Checks of scenes, whether they were read from a file or made in code.
 
 use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT};
-use super::{Scene, SceneError, SceneObject, Search, Shape, Tier};
+use super::{Instances, Scene, SceneError, SceneObject, Search, Shape, Tier};
 use glam::DVec3;
 use relievo_shared::profile;
 use relievo_shared::techniques::PROFILES;
@@ -130,6 +130,9 @@ fn object(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
             return wrong("shape.text", &problem);
         }
         ranges(lettering, TEXT, &format!("{prefix}shape."))?;
+    }
+    if let Some(Err(problem)) = object.instances.as_ref().map(Instances::check) {
+        return wrong("instances", &problem);
     }
     if object.raised && object.depth.is_none() {
         let problem = "needs to know how far: write depth, world units";

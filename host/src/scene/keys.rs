@@ -13,7 +13,7 @@
 //! ```
 
 use super::value::{Field, number};
-use super::{Camera, Color, Scene, SceneObject, Search, Shape, Technique, Tier};
+use super::{Camera, Color, Instances, Scene, SceneObject, Search, Shape, Technique, Tier};
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::{LARGEST_RASTER, Lettering, SMALLEST_RASTER, Storage};
 use std::path::PathBuf;
@@ -291,6 +291,8 @@ pub static OBJECT: &[Key<SceneObject>] = &[
     key!(SceneObject, "translate", translate: [f64; 3], "Translation, last.")
         .range(-FAR, FAR)
         .unit("world units"),
+    key!(SceneObject, "instances", instances: Option<Instances>, "Copies of the object ([instances](#instances)): a list, a grid, or a CSV file.")
+        .default("the object once"),
 ];
 
 /// Keys of the table `[object.material]`.

@@ -1,6 +1,6 @@
 //! Objects of a scene: a mesh, a pattern, and how one is wrapped around the other.
 
-use super::{Color, Search, Shape, Tier};
+use super::{Color, Instances, Search, Shape, Tier};
 use crate::mesh::{DEFAULT_CREASE_ANGLE, MeshSource, Projection};
 use crate::shape_map::Storage;
 use relievo_shared::profile;
@@ -161,6 +161,8 @@ pub struct SceneObject {
     pub rotate: [f64; 3],
     /// Translation, last, world units.
     pub translate: [f64; 3],
+    /// Copies of the object, placed after its own transform; `None` draws it once.
+    pub instances: Option<Instances>,
 }
 
 impl Default for SceneObject {
@@ -195,6 +197,7 @@ impl Default for SceneObject {
             scale: 1.0,
             rotate: [0.0; 3],
             translate: [0.0; 3],
+            instances: None,
         }
     }
 }
@@ -212,8 +215,13 @@ impl SceneObject {
             _ => "shape",
         };
         let mesh = self.mesh.file().map(|path| ("mesh", path));
+        let instances = match &self.instances {
+            Some(Instances::File(path)) => Some(("instances", path.as_path())),
+            _ => None,
+        };
         mesh.into_iter()
             .chain(self.shape.file().map(|path| (shape, path)))
+            .chain(instances)
     }
 
     /// As [`SceneObject::named_files`], for other paths to be set.
@@ -228,6 +236,9 @@ impl SceneObject {
                 files.extend(lettering.font.as_mut().map(|path| ("shape.font", path)))
             }
             Shape::Pattern(_) | Shape::Drawing(_) => {}
+        }
+        if let Some(Instances::File(path)) = &mut self.instances {
+            files.push(("instances", path));
         }
         files
     }

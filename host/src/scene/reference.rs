@@ -50,6 +50,7 @@ pub fn page() -> String {
         &object,
     );
     techniques(&mut page);
+    page.push_str(INSTANCES);
     table(
         &mut page,
         "[object.material]",
@@ -61,6 +62,28 @@ pub fn page() -> String {
     table(&mut page, "shape", text, TEXT, &Lettering::new(""));
     page
 }
+
+const INSTANCES: &str = "
+## Instances
+
+Copies of an object share its mesh, its map and its preparation: a thousand copies take
+little more memory than one. Each copy is the object, with its own transform, scaled,
+rotated and translated again; the depth is scaled, too. `instances` is one of
+
+```toml
+instances = [{ translate = [0, 0, 0] }, { translate = [3, 0, 0], rotate = [0, 45, 0], scale = 0.5 }]
+instances = { count = [20, 1, 20], spacing = [2.5, 0, 2.5] }   # a grid, centred on the object
+instances = \"trees.csv\"
+```
+
+A CSV file has a line with the names of its columns, and a line for each copy. The columns
+are `x`, `y`, `z` (translation), `rx`, `ry`, `rz` (rotation about x, then y, then z,
+degrees) and `scale`, in any order; those left out have their default.
+
+Objects of a scene that are equal but for `name`, `rotate` and `translate` share in the
+same way. An object that has `error_px` does not: a plan depends on where the object is, and
+all objects of its scene are prepared one by one.
+";
 
 /// Appends the table of techniques, and the default values of their parameters.
 fn techniques(page: &mut String) {

@@ -259,7 +259,7 @@ impl Stage {
         let size = frame.size.map(|side| side as u32);
         let device = self.device.clone();
         let mut targets = Targets::new(&device, size)?;
-        let Some(pane) = self.panes.first() else {
+        let Some(pane) = self.panes.first_mut() else {
             return Ok(());
         };
         let read = Arc::new(Mutex::new(None));

@@ -25,8 +25,19 @@ impl Wireframe {
     /// [`MOST_EDGES`].
     pub fn of(scene: &PreparedScene) -> Option<Wireframe> {
         let mut edges: BTreeMap<[[u32; 3]; 2], Edge> = BTreeMap::new();
-        for triangle in scene.objects.iter().flat_map(|object| &object.triangles) {
-            let corners = triangle.corners.map(|corner| Vec3::from(corner.position));
+        let objects = scene.objects.iter();
+        let triangles = objects.flat_map(|object| {
+            let triangles = object.triangles.iter();
+            triangles.map(move |triangle| (object, triangle))
+        });
+        for (object, triangle) in triangles {
+            let corners = triangle.corners.map(|corner| {
+                let own = Vec3::from(corner.position);
+                match &object.placement {
+                    Some(placement) => placement.point(own.as_dvec3()).as_vec3(),
+                    None => own,
+                }
+            });
             let [a, b, c] = corners;
             let normal = (b - a).cross(c - a);
             for (from, to) in [(a, b), (b, c), (c, a)] {

@@ -79,11 +79,22 @@ fn show(
             ""
         }
     ))?;
-    for prepared in &prepared.objects {
+    let copies = |number: usize| {
+        let objects = prepared.objects.iter();
+        objects.filter(|object| object.number == number).count()
+    };
+    for prepared in prepared
+        .objects
+        .iter()
+        .filter(|object| object.instance == 0)
+    {
         let object = &scene.objects[prepared.number];
         let (mesh, map) = (&prepared.mesh, &prepared.map);
         let report = &mesh.report;
-        say(format_args!("object {:?}:", object.name))?;
+        match copies(prepared.number) {
+            1 => say(format_args!("object {:?}:", object.name))?,
+            copies => say(format_args!("object {:?}, {copies} times:", object.name))?,
+        }
         say(format_args!(
             "  mesh {}: {} triangles, {} positions, {} bytes for the renderer",
             object.mesh,

@@ -2,6 +2,7 @@ use super::*;
 use crate::mesh::{Mesh, MeshOptions};
 use crate::oracle::known::{KNOWN, same_texture};
 use crate::shape_map::{Pattern, Storage, bake};
+use glam::DQuat;
 use proptest::prelude::*;
 use relievo_shared_f64::layout::Object;
 use std::path::Path;
@@ -29,7 +30,7 @@ fn profile(map: &ShapeMap, [extension, bevel, chamfer]: [f64; 3]) -> Profile {
 fn oracle<'a>(map: &'a ShapeMap, shape: &'a dyn Shape) -> AnalyticOracle<'a> {
     AnalyticOracle {
         shape,
-        placement: Placement::NONE,
+        placement: Placement::default(),
         map,
         repeat: [12.0, 5.0],
         depth: 0.1,
@@ -76,7 +77,7 @@ fn no_shape_passes_for_another() {
     for shape in KNOWN {
         let mesh = mesh(shape);
         for other in KNOWN {
-            let fits = crate::oracle::known::fits(other, &mesh, &Placement::NONE);
+            let fits = crate::oracle::known::fits(other, &mesh, &Placement::default());
             assert_eq!(fits, shape.name() == other.name(), "{}", other.name());
         }
     }
@@ -209,7 +210,7 @@ fn placement_moves_what_is_met() {
         depth: 2.5 * plain.depth,
         ..oracle(&map, KNOWN[0])
     };
-    let world = |p: DVec3| placement.rotation * p * placement.scale + placement.translation;
+    let world = |p: DVec3| placement.point(p);
     let mut hits = 0;
     for i in 0..60 {
         let eye = DVec3::new(0.0, 2.3, 3.4);

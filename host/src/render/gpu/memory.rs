@@ -1,8 +1,8 @@
 //! Predicts the device memory of a scene, without a device.
 
+use super::scene::{STRIDE, sharing};
 use super::{EntryPoints, Extent, Facets};
 use crate::prepare::PreparedScene;
-use relievo_shared::layout::{Frame, Object};
 use std::collections::BTreeSet;
 use std::mem::{size_of, size_of_val};
 
@@ -23,7 +23,7 @@ pub enum Pictures {
 /// Bytes on a device, excluding the overhead of the driver.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Memory {
-    /// Triangles.
+    /// Triangles; shared ones count once.
     pub triangles: u64,
     /// Prisms.
     pub prisms: u64,
@@ -39,13 +39,16 @@ impl Memory {
     /// Predicts the memory of `scene` with shaders of this `extent`, rendering
     /// `pictures` of the scene's size.
     pub fn of(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> Memory {
+        let placed = scene.objects.iter();
+        let placed = placed.filter(|object| object.placement.is_some());
         let mut memory = Memory {
-            parameters: size_of::<Frame>() as u64,
+            parameters: (STRIDE * (1 + placed.count())) as u64,
             pictures: picture_bytes(scene, extent, pictures),
             ..Memory::default()
         };
         let mut maps = BTreeSet::new();
-        for object in &scene.objects {
+        for shared in sharing(&scene.objects) {
+            let object = &scene.objects[shared[0]];
             let has_everything = extent == Extent::Everything;
             let facets = EntryPoints::of(&object.parameters, extent).facets;
             let bytes = |facets: Facets| (object.triangles.len() * facets.bytes()) as u64;
@@ -66,7 +69,9 @@ impl Memory {
                     bytes
                 };
             }
-            memory.parameters += size_of::<Object>() as u64;
+            let has_exits = EntryPoints::of(&object.parameters, extent).asks_for_exits
+                && object.parameters.number != 0;
+            memory.parameters += (STRIDE * if has_exits { shared.len() } else { 1 }) as u64;
         }
         memory
     }

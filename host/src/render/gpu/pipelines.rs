@@ -125,7 +125,8 @@ fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
             visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
             ty: wgpu::BindingType::Buffer {
                 ty: wgpu::BufferBindingType::Storage { read_only: true },
-                has_dynamic_offset: false,
+                // Of one buffer with the frames or the parameters of many objects.
+                has_dynamic_offset: binding < 2,
                 min_binding_size: None,
             },
             count: None,

@@ -5,26 +5,52 @@ use super::pipelines::Pipelines;
 use super::shaders::{EntryPoints, Extent, Facets};
 use super::targets::Targets;
 use super::timestamps::Timestamps;
-use crate::prepare::{PreparedObject, PreparedScene};
+use crate::prepare::{Placement, PreparedObject, PreparedScene};
+use crate::render::space::{may_be_seen, may_hold_eye, object_bounds};
 use crate::render::{RenderError, background_words};
-use relievo_shared::layout::{Frame, PlanarTriangle};
+use obvhs::aabb::Aabb;
+use rayon::prelude::*;
+use relievo_shared::layout::{Frame, Object, PlanarTriangle};
 use std::borrow::Cow;
 use std::cell::Cell;
+use std::mem::size_of;
+use std::num::NonZero;
 
 /// The buffers of one scene, drawn by the pipelines that it was made for.
 pub struct GpuScene {
-    frame: wgpu::Buffer,
+    /// The frame in world space, and those in the spaces of the objects that are drawn.
+    frames: wgpu::Buffer,
+    facets: Vec<GpuFacets>,
     objects: Vec<GpuObject>,
+    /// The frame of each object in its space; `None` where it lies outside the picture.
+    seen: Vec<Option<Frame>>,
     background: wgpu::Color,
     bytes: u64,
 }
 
-struct GpuObject {
+/// Bytes from one frame or object in a buffer to the next: every device takes this offset.
+pub(super) const STRIDE: usize = 256;
+const _: () = assert!(size_of::<Frame>() <= STRIDE && size_of::<Object>() <= STRIDE);
+
+/// Facets, and how they are drawn.
+struct GpuFacets {
     bindings: wgpu::BindGroup,
     vertices: u32,
     entry_points: EntryPoints,
-    /// Whether its exits are written.
+    /// Whether their exits are written.
     has_exits: bool,
+    /// The box around them, object space.
+    bounds: Aabb,
+    depth: f32,
+}
+
+/// An object: facets in a place.
+struct GpuObject {
+    /// Index of its facets.
+    facets: u32,
+    placement: Option<Placement>,
+    /// Its frame and its parameters in their buffers, bytes.
+    offsets: [u32; 2],
 }
 
 impl GpuScene {
@@ -75,11 +101,15 @@ impl GpuScene {
             queue.write_buffer(&buffer, 0, bytes);
             buffer
         };
-        let frame = storage("frame", bytemuck::bytes_of(&scene.frame));
+        let placed = scene.objects.iter();
+        let placed = placed.filter(|object| object.placement.is_some()).count();
+        let frames = storage("frames", &vec![0; STRIDE * (1 + placed)]);
         // Objects with the same map share its buffer.
         let mut maps: Vec<(*const u32, wgpu::Buffer)> = Vec::new();
+        let mut facets = Vec::new();
         let mut objects = Vec::with_capacity(scene.objects.len());
-        for object in &scene.objects {
+        for shared in sharing(&scene.objects) {
+            let object = &scene.objects[shared[0]];
             let words = object.map.words();
             let known = maps.iter().find(|(start, _)| *start == words.as_ptr());
             let map = match known {
@@ -90,16 +120,33 @@ impl GpuScene {
                     buffer
                 }
             };
-            let parameters = storage("object", bytemuck::bytes_of(&object.parameters));
             let entry_points = EntryPoints::of(&object.parameters, extent);
-            let facets = storage("facets", &facet_bytes(object, entry_points.facets));
-            let buffers = [&frame, &parameters, &facets, &map];
-            let entries: Vec<_> = (0..)
-                .zip(buffers)
-                .map(|(binding, buffer)| wgpu::BindGroupEntry {
-                    binding,
-                    resource: buffer.as_entire_binding(),
+            let has_exits = entry_points.asks_for_exits && object.parameters.number != 0;
+            // Those that share facets differ by the number of their exits only.
+            let own_parameters = if has_exits { shared.len() } else { 1 };
+            let mut parameters = vec![0; own_parameters * STRIDE];
+            for (bytes, index) in parameters.chunks_exact_mut(STRIDE).zip(&shared) {
+                let own = bytemuck::bytes_of(&scene.objects[*index].parameters);
+                bytes[..own.len()].copy_from_slice(own);
+            }
+            let parameters = storage("objects", &parameters);
+            let buffer = storage("facets", &facet_bytes(object, entry_points.facets));
+            let one = |buffer, size: usize| {
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer,
+                    offset: 0,
+                    size: NonZero::new(size as u64),
                 })
+            };
+            let resources = [
+                one(&frames, size_of::<Frame>()),
+                one(&parameters, size_of::<Object>()),
+                buffer.as_entire_binding(),
+                map.as_entire_binding(),
+            ];
+            let entries: Vec<_> = (0..)
+                .zip(resources)
+                .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource })
                 .collect();
             let bindings = device.create_bind_group(&wgpu::BindGroupDescriptor {
                 label: Some(&object.name),
@@ -107,20 +154,41 @@ impl GpuScene {
                 entries: &entries,
             });
             pipelines.make(&entry_points, Content::Color)?;
-            let has_exits = entry_points.asks_for_exits && object.parameters.number != 0;
             if has_exits {
                 pipelines.make_exits()?;
             }
-            objects.push(GpuObject {
+            for (place, index) in shared.iter().enumerate() {
+                let own = place.min(own_parameters - 1);
+                let placed = GpuObject {
+                    facets: facets.len() as u32,
+                    placement: scene.objects[*index].placement,
+                    offsets: [0, (own * STRIDE) as u32],
+                };
+                objects.push((*index, placed));
+            }
+            facets.push(GpuFacets {
                 bindings,
                 vertices: 6 * object.triangles.len() as u32,
                 entry_points,
                 has_exits,
+                bounds: object_bounds(object),
+                depth: object.parameters.depth,
             });
+        }
+        // In drawing order.
+        objects.sort_unstable_by_key(|(index, _)| *index);
+        let mut objects: Vec<GpuObject> = objects.into_iter().map(|(_, object)| object).collect();
+        let placed = objects
+            .iter_mut()
+            .filter(|object| object.placement.is_some());
+        for (place, object) in (1..).zip(placed) {
+            object.offsets[0] = (place * STRIDE) as u32;
         }
         let [r, g, b, a] = background_words(scene).map(f64::from);
         Ok(GpuScene {
-            frame,
+            frames,
+            facets,
+            seen: Vec::with_capacity(objects.len()),
             objects,
             background: wgpu::Color { r, g, b, a },
             bytes: total.get(),
@@ -137,9 +205,9 @@ impl GpuScene {
     /// # Errors
     /// [`RenderError::Device`] if the device refuses its shaders.
     pub fn make(&self, pipelines: &mut Pipelines, content: Content) -> Result<(), RenderError> {
-        for object in &self.objects {
-            pipelines.make(&object.entry_points, content)?;
-            if object.has_exits {
+        for facets in &self.facets {
+            pipelines.make(&facets.entry_points, content)?;
+            if facets.has_exits {
                 pipelines.make_exits()?;
             }
         }
@@ -156,9 +224,9 @@ impl GpuScene {
         read_back: bool,
     ) {
         targets.make(pipelines.device(), content, read_back);
-        let mut objects = self.objects.iter();
-        if objects.any(|object| object.entry_points.asks_for_exits) {
-            let is_written = self.objects.iter().any(|object| object.has_exits);
+        let mut facets = self.facets.iter();
+        if facets.any(|facets| facets.entry_points.asks_for_exits) {
+            let is_written = self.facets.iter().any(|facets| facets.has_exits);
             targets.make_exits(pipelines, is_written);
         }
     }
@@ -171,12 +239,8 @@ impl GpuScene {
         targets: &Targets,
         timestamps: Option<&Timestamps>,
     ) -> bool {
-        let mut objects = self
-            .objects
-            .iter()
-            .filter(|object| object.has_exits)
-            .peekable();
-        let (Some(_), Some(exits)) = (objects.peek(), targets.exits()) else {
+        let has_exits = self.facets.iter().any(|facets| facets.has_exits);
+        let (true, Some(exits)) = (has_exits, targets.exits()) else {
             return false;
         };
         let attachment = wgpu::RenderPassColorAttachment {
@@ -197,11 +261,18 @@ impl GpuScene {
             multiview_mask: None,
         });
         pass.set_pipeline(pipelines.exits());
-        for object in objects {
-            pass.set_bind_group(0, &object.bindings, &[]);
-            pass.draw(0..object.vertices, 0..1);
+        for (object, facets) in self.seen().filter(|(_, facets)| facets.has_exits) {
+            pass.set_bind_group(0, &facets.bindings, &object.offsets);
+            pass.draw(0..facets.vertices, 0..1);
         }
         true
+    }
+
+    /// The objects that may be seen in the last frame that was set, and their facets.
+    fn seen(&self) -> impl Iterator<Item = (&GpuObject, &GpuFacets)> {
+        let objects = self.objects.iter().zip(&self.seen);
+        let seen = objects.filter(|(_, frame)| frame.is_some());
+        seen.map(|(object, _)| (object, &self.facets[object.facets as usize]))
     }
 
     /// Records the drawing to `targets`. Pipelines and targets must be made for
@@ -242,17 +313,64 @@ impl GpuScene {
         if let Some(exits) = targets.exits() {
             pass.set_bind_group(1, &exits.bindings, &[]);
         }
-        for object in &self.objects {
-            pass.set_pipeline(pipelines.get(&object.entry_points, content));
-            pass.set_bind_group(0, &object.bindings, &[]);
-            pass.draw(0..object.vertices, 0..1);
+        let mut last = None;
+        for (object, facets) in self.seen() {
+            if last != Some(object.facets) {
+                pass.set_pipeline(pipelines.get(&facets.entry_points, content));
+                last = Some(object.facets);
+            }
+            pass.set_bind_group(0, &facets.bindings, &object.offsets);
+            pass.draw(0..facets.vertices, 0..1);
         }
     }
 
-    /// The camera and the light of the pictures that are submitted after this.
-    pub fn set_frame(&self, queue: &wgpu::Queue, frame: &Frame) {
-        queue.write_buffer(&self.frame, 0, bytemuck::bytes_of(frame));
+    /// Sets the camera and the light of the pictures that are recorded after this.
+    pub fn set_frame(&mut self, queue: &wgpu::Queue, frame: &Frame) {
+        let facets = &self.facets;
+        let own = self.objects.par_iter().map(|object| {
+            let own = match &object.placement {
+                Some(placement) => placement.frame(frame),
+                None => *frame,
+            };
+            let GpuFacets { bounds, depth, .. } = &facets[object.facets as usize];
+            let is_seen = may_be_seen(&own, bounds) || may_hold_eye(&own, bounds, *depth);
+            is_seen.then_some(own)
+        });
+        own.collect_into_vec(&mut self.seen);
+        queue.write_buffer(&self.frames, 0, bytemuck::bytes_of(frame));
+        let Some(size) = NonZero::new(self.frames.size() - STRIDE as u64) else {
+            return;
+        };
+        let Some(mut bytes) = queue.write_buffer_with(&self.frames, STRIDE as u64, size) else {
+            return;
+        };
+        let objects = self.objects.iter().zip(&self.seen);
+        for (object, frame) in objects.filter(|(object, _)| object.placement.is_some()) {
+            if let Some(frame) = frame {
+                let start = object.offsets[0] as usize - STRIDE;
+                let place = start..start + size_of::<Frame>();
+                bytes
+                    .slice(place)
+                    .copy_from_slice(bytemuck::bytes_of(frame));
+            }
+        }
     }
+}
+
+/// Returns the indices of `objects` by the facets that they share, the first ones first.
+pub(super) fn sharing(objects: &[PreparedObject]) -> Vec<Vec<usize>> {
+    let mut shared: Vec<Vec<usize>> = Vec::new();
+    for (index, object) in objects.iter().enumerate() {
+        let known = shared
+            .iter_mut()
+            .rev()
+            .find(|known| object.placement.is_some() && objects[known[0]].shares_facets(object));
+        match known {
+            Some(known) => known.push(index),
+            None => shared.push(vec![index]),
+        }
+    }
+    shared
 }
 
 /// The depth buffer of a pass, cleared before and discarded after it.

@@ -6,7 +6,7 @@ use fastrand::Rng;
 use glam::DVec3;
 use relievo::oracle::wide::{wide_frame, wide_triangle};
 use relievo_shared as single;
-use relievo_shared::layout::{Corner, Frame, Triangle};
+use relievo_shared::layout::{Corner, Frame, Triangle, UPRIGHT_AXES};
 use relievo_shared_f64 as double;
 
 pub(super) static LIST: &[Function] = &[
@@ -135,6 +135,8 @@ fn frame(tangent: f64) -> Frame {
         ray_right: [step, 0.0, 0.0],
         ray_down: [0.0, -step, 0.0],
         size: [side as f32; 2],
+        unit: 1.0,
+        axes: UPRIGHT_AXES,
         ..Frame::default()
     }
 }
