@@ -12,6 +12,7 @@ mod docs;
 mod export;
 #[path = "extremes/main.rs"]
 mod extremes;
+mod instances;
 mod naive;
 mod precision;
 mod real;

@@ -77,14 +77,14 @@ fn draw(scene: &PreparedScene, adapter: &Adapter, shaders: Shaders) {
 
 /// The layer's messages about a module with a misplaced capability.
 fn what_a_wrong_module_makes_it_say(adapter: &Adapter) -> Vec<String> {
-    let bytes = std::fs::read(asset("shaders/relievo_exact/vertex.spv")).unwrap();
+    let bytes = std::fs::read(asset("shaders/relievo_exact/place.spv")).unwrap();
     let mut words: Vec<u32> = bytemuck::pod_collect_to_vec(&bytes);
     // OpCapability Shader.
     words.extend([2 << 16 | 17, 1]);
     let device = adapter.open().unwrap();
     let _ = complaints();
     let entry_point = wgpu::PassthroughShaderEntryPoint {
-        name: Cow::Borrowed("vertex"),
+        name: Cow::Borrowed("place"),
         workgroup_size: (1, 1, 1),
     };
     let descriptor = wgpu::ShaderModuleDescriptorPassthrough {

@@ -272,6 +272,7 @@ impl fmt::Display for Explanation {
             ("prisms", needed.prisms, general.prisms),
             ("shape maps", needed.maps, general.maps),
             ("parameters", needed.parameters, general.parameters),
+            ("outlines", needed.outlines, general.outlines),
             ("pictures", needed.pictures, general.pictures),
         ] {
             writeln!(formatter, "  {name}: {bytes} ({of})")?;

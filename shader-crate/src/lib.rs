@@ -7,8 +7,9 @@
 //! 0 [`Frame`], 1 [`Object`], 2 the object's facets ([`Triangle`],
 //! [`PlanarTriangle`] or [`PrismData`], as the list says), 3 the words of its shape
 //! map. Binding 0 of group 1 is the picture that `exits` has written, for models that
-//! ask for exits. Draws are not indexed: six vertices a facet, an outline around its pixels;
-//! the fragment shader decides by an exact test.
+//! ask for exits. Binding 0 of group 2 are outlines around the facets' pixels: compute entry
+//! points find them, with the outlines in binding 0 of group 1. Draws are not indexed: three
+//! vertices a facet; the fragment shader decides by an exact test.
 #![cfg_attr(target_arch = "spirv", no_std)]
 // A binding is an argument.
 #![allow(clippy::too_many_arguments)]
@@ -19,12 +20,12 @@ use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle}
 use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
 use relievo_shared::normals::CLASS_MISS;
-use relievo_shared::outline::{Outline, outline, outline_vertex, prism_outline};
+use relievo_shared::outline::{Outline, outline, outline_corner, prism_outline};
 use relievo_shared::shape_map::Texels;
 use relievo_shared::walk::PrismList;
 use relievo_shared::{camera, for_each_facet, for_each_search, trace};
 use spirv_std::arch::{IndexUnchecked, kill};
-use spirv_std::glam::{UVec2, UVec4, Vec4, vec4};
+use spirv_std::glam::{UVec2, UVec3, UVec4, Vec4, vec4};
 use spirv_std::{Image, spirv};
 
 /// Texels in a storage buffer.
@@ -70,7 +71,7 @@ impl Facet for Triangle {
 
     #[inline]
     fn over(facets: &[Triangle], index: u32) -> Triangle {
-        // SAFETY: the host draws six vertices for each triangle of the buffer.
+        // SAFETY: the host draws the triangles of the buffer.
         unsafe { *facets.index_unchecked(index as usize) }
     }
 
@@ -115,12 +116,84 @@ impl Facet for PrismData {
 /// The exits of a picture's pixels.
 type ExitPicture = Image!(2D, type=u32, sampled);
 
-/// Vertex entry points that place the corners of the outlines around facets.
-macro_rules! vertex_entry_points {
-    ($($facet:ident $name:ident;)*) => {$(
+/// The corners of the triangle that is drawn around a facet's pixels: x and y of each,
+/// normalised device coordinates.
+type Corners = [f32; 6];
+
+/// Returns the corners for `outline`.
+#[inline]
+fn corners(outline: &Outline) -> Corners {
+    let a = outline_corner(outline, 0);
+    let b = outline_corner(outline, 1);
+    let c = outline_corner(outline, 2);
+    [a.x, a.y, b.x, b.y, c.x, c.y]
+}
+
+/// Facets of a row of invocations; a grid has more than one row where there are more. The host
+/// binds room for all invocations.
+const ROW: u32 = 1 << 13;
+
+/// Defines an entry point that finds the outlines of facets: from `$outline` of one.
+macro_rules! outline_entry_point {
+    ($name:ident, $facet:ident, $outline:expr) => {
+        #[doc = "Finds the corners of the outline around each facet's pixels."]
+        #[spirv(compute(threads(64)))]
+        pub fn $name(
+            #[spirv(global_invocation_id)] id: UVec3,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
+            #[spirv(storage_buffer, descriptor_set = 1, binding = 0)] outlines: &mut [Corners],
+        ) {
+            let index = id.x + ROW * id.y;
+            let outline = $outline(facets, frame, object, index);
+            // SAFETY: the host binds room for all invocations.
+            unsafe { *outlines.index_unchecked_mut(index as usize) = corners(&outline) };
+        }
+    };
+}
+
+/// The outline around the pixels of triangle `index`, seen from behind.
+#[inline]
+fn outline_behind(facets: &[Triangle], frame: &Frame, object: &Object, index: u32) -> Outline {
+    outline(
+        frame,
+        object,
+        &exit::reversed(&Triangle::over(facets, index)),
+    )
+}
+
+outline_entry_point!(outlines_exits, Triangle, outline_behind);
+
+/// Places the corners of the outlines that a compute entry point has found.
+#[spirv(vertex)]
+pub fn place(
+    #[spirv(vertex_index)] vertex_index: u32,
+    #[spirv(storage_buffer, descriptor_set = 2, binding = 0)] outlines: &[f32],
+    #[spirv(position)] position: &mut Vec4,
+    #[spirv(flat)] facet_index: &mut u32,
+) {
+    let first = 2 * vertex_index as usize;
+    // SAFETY: the host draws three vertices for each outline of the buffer.
+    let (x, y) = unsafe {
+        (
+            *outlines.index_unchecked(first),
+            *outlines.index_unchecked(first + 1),
+        )
+    };
+    *position = vec4(x, y, 0.5, 1.0);
+    *facet_index = vertex_index / 3;
+}
+
+/// The compute entry points of the list, and its vertex entry points, which are exported.
+macro_rules! facet_entry_points {
+    ($($facet:ident $outlines:ident $vertex:ident;)*) => {$(
+        outline_entry_point!($outlines, $facet, $facet::outline);
+
+        #[cfg(not(feature = "corrected"))]
         #[doc = "Places the corners of the outline around a facet's pixels."]
         #[spirv(vertex)]
-        pub fn $name(
+        pub fn $vertex(
             #[spirv(vertex_index)] vertex_index: u32,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
@@ -128,34 +201,16 @@ macro_rules! vertex_entry_points {
             #[spirv(position)] position: &mut Vec4,
             #[spirv(flat)] facet_index: &mut u32,
         ) {
-            let index = vertex_index / 6;
+            let index = vertex_index / 3;
             let outline = $facet::outline(facets, frame, object, index);
-            let corner = outline_vertex(&outline, vertex_index - 6 * index);
+            let corner = outline_corner(&outline, vertex_index - 3 * index);
             *position = vec4(corner.x, corner.y, 0.5, 1.0);
             *facet_index = index;
         }
     )*};
 }
 
-for_each_facet!(vertex_entry_points);
-
-/// Places the corners of the outline around the pixels of a facet seen from behind.
-#[spirv(vertex)]
-pub fn vertex_exits(
-    #[spirv(vertex_index)] vertex_index: u32,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[Triangle],
-    #[spirv(position)] position: &mut Vec4,
-    #[spirv(flat)] facet_index: &mut u32,
-) {
-    let index = vertex_index / 6;
-    let triangle = exit::reversed(&Triangle::over(facets, index));
-    let outline = outline(frame, object, &triangle);
-    let corner = outline_vertex(&outline, vertex_index - 6 * index);
-    *position = vec4(corner.x, corner.y, 0.5, 1.0);
-    *facet_index = index;
-}
+for_each_facet!(facet_entry_points);
 
 /// Writes the words of the pixel's exit through this facet.
 #[spirv(fragment(depth_replacing))]

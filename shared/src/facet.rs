@@ -1,6 +1,6 @@
 //! Intersection of the eye's ray with a flat triangle.
 
-use crate::arithmetic::{div, max};
+use crate::arithmetic::{abs, div, max};
 use crate::layout::{Frame, Object, Triangle, vec3};
 use crate::{Real, Vec3};
 
@@ -61,6 +61,23 @@ pub fn intersect(eye: Vec3, direction: Vec3, triangle: &Triangle) -> FacetHit {
     } else {
         miss
     }
+}
+
+/// Share of a triangle's size by which [`may_hit`] lets rays pass beside it.
+const BESIDE: Real = 0.02;
+
+/// Returns whether [`intersect`] may find a hit on the front side of `triangle`, however a
+/// device rounds.
+#[inline]
+pub fn may_hit(eye: Vec3, direction: Vec3, triangle: &Triangle) -> bool {
+    let a = vec3(triangle.corners[0].position) - eye;
+    let b = vec3(triangle.corners[1].position) - eye;
+    let c = vec3(triangle.corners[2].position) - eye;
+    let wa = direction.dot((c - b).cross(c + b));
+    let wb = direction.dot((a - c).cross(a + c));
+    let wc = direction.dot((b - a).cross(b + a));
+    let least = -BESIDE * abs(wa + wb + wc);
+    wa >= least && wb >= least && wc >= least
 }
 
 /// Returns whether the eye of `frame` may lie in the shell over `triangle`, or so near

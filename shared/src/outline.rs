@@ -1,7 +1,8 @@
 //! Outlines in the picture around the pixels whose rays may hit a triangle or a prism.
 
-use crate::arithmetic::{abs, div, max, min, sqrt};
-use crate::facet::may_surround_eye;
+use crate::arithmetic::{abs, div, floor, max, min, sqrt};
+use crate::camera::pixel_ray;
+use crate::facet::{may_hit, may_surround_eye};
 use crate::layout::{Frame, Object, PrismData, Triangle, vec3};
 use crate::prism::{cap_hull, is_near, is_open, normal_hull};
 use crate::{Real, Vec2, Vec3};
@@ -66,7 +67,7 @@ fn project(frame: &Frame, triangle: &Triangle) -> Projection {
 }
 
 /// Returns a rectangle that contains every pixel whose ray can hit `triangle` behind the
-/// near plane, with a margin of one pixel; empty (`low` = `high`) if there is none.
+/// near plane, with a margin of [`MARGIN`]; empty (`low` = `high`) if there is none.
 #[inline]
 pub fn bounding_rectangle(frame: &Frame, triangle: &Triangle) -> Rectangle {
     rectangle_of(frame, &project(frame, triangle))
@@ -88,8 +89,8 @@ fn rectangle_of(frame: &Frame, projection: &Projection) -> Rectangle {
         };
     }
     let [a, b, c] = projection.corners;
-    let pixel_x = div(2.0, frame.size[0]);
-    let pixel_y = div(2.0, frame.size[1]);
+    let pixel_x = div(2.0 * MARGIN, frame.size[0]);
+    let pixel_y = div(2.0 * MARGIN, frame.size[1]);
     let low = Vec2::new(
         max(min(a.x, min(b.x, c.x)) - pixel_x, -1.0),
         max(min(a.y, min(b.y, c.y)) - pixel_y, -1.0),
@@ -105,7 +106,7 @@ fn rectangle_of(frame: &Frame, projection: &Projection) -> Rectangle {
     }
 }
 
-/// The shape that is rasterised for a triangle: the triangle grown by a pixel, or its
+/// The shape that is rasterised for a triangle: the triangle grown by a margin, or its
 /// bounding rectangle if it is too thin or too large for that.
 ///
 /// Both contain every pixel whose ray can hit the triangle behind the near plane. With
@@ -121,9 +122,15 @@ pub struct Outline {
     pub rectangle: Rectangle,
 }
 
+/// Margin of the outlines of triangles, pixels: more than devices round positions by, a
+/// sixteenth at most, and than rounding errors up to [`FURTHEST`].
+pub const MARGIN: Real = 0.25;
+/// The outlines of prisms extend beyond it by this share of their size: rays may enter beside a
+/// prism's sides.
+const PRISM_MARGIN: Real = 0.02;
 /// Sine of the sharpest corner that is moved; sharper ones would move too far.
 const SHARPEST: Real = 0.15;
-/// Largest coordinate, pixels: beyond, rounding errors approach the margin of a pixel.
+/// Largest coordinate, pixels: beyond, rounding errors approach the margin.
 const FURTHEST: Real = 16_384.0;
 
 /// Returns the outline of `triangle` of `object` in `frame`: the whole picture if the eye
@@ -135,18 +142,105 @@ pub fn outline(frame: &Frame, object: &Object, triangle: &Triangle) -> Outline {
         projection.visible = true;
         projection.bounded = false;
     }
-    let rectangle = rectangle_of(frame, &projection);
+    let mut rectangle = rectangle_of(frame, &projection);
+    if projection.bounded {
+        let found = hit_pixels(frame, triangle, &rectangle);
+        projection.bounded = !found.is_known;
+        rectangle = found.rectangle;
+    }
     grown_triangle(
         frame,
         projection.corners,
-        [0.0, 0.0, 0.0],
+        [MARGIN, MARGIN, MARGIN],
         projection.bounded,
         rectangle,
     )
 }
 
+/// The pixels of a rectangle whose rays hit a triangle.
+struct HitPixels {
+    /// Whether the rays were tried: not if there are many.
+    is_known: bool,
+    /// The rectangle around the pixels; the one that was given if they are not known.
+    rectangle: Rectangle,
+}
+
+/// Tries the rays of the pixels in `rectangle` if they are at most two by two: most of the
+/// triangles that are smaller than a pixel hit none, and cost no fragment then.
+#[inline]
+fn hit_pixels(frame: &Frame, triangle: &Triangle, rectangle: &Rectangle) -> HitPixels {
+    let half = Vec2::new(0.5 * frame.size[0], 0.5 * frame.size[1]);
+    let Rectangle { low, high } = *rectangle;
+    // The first and the last column and row of pixel centres.
+    let left = -floor(0.5 - (low.x + 1.0) * half.x);
+    let right = floor((high.x + 1.0) * half.x - 0.5);
+    let top = -floor(0.5 - (1.0 - high.y) * half.y);
+    let bottom = floor((1.0 - low.y) * half.y - 0.5);
+    if right - left > 1.0 || bottom - top > 1.0 {
+        return HitPixels {
+            is_known: false,
+            rectangle: *rectangle,
+        };
+    }
+    // −1 or less for a column or row that is not there.
+    let next_column = if right > left { right } else { -1.0 };
+    let next_row = if bottom > top { bottom } else { -1.0 };
+    let column = if right >= left { left } else { -1.0 };
+    let row = if bottom >= top { top } else { -1.0 };
+    let mut hits = Hits {
+        low: Vec2::new(Real::MAX, Real::MAX),
+        high: Vec2::new(-1.0, -1.0),
+    };
+    hits.attempt(frame, triangle, column, row);
+    hits.attempt(frame, triangle, next_column, row);
+    hits.attempt(frame, triangle, column, next_row);
+    hits.attempt(frame, triangle, next_column, next_row);
+    let none = hits.high.x < 0.0;
+    let pixel = Vec2::new(div(2.0, frame.size[0]), div(2.0, frame.size[1]));
+    let (first, last) = (0.5 - MARGIN, 0.5 + MARGIN);
+    HitPixels {
+        is_known: true,
+        rectangle: if none {
+            Rectangle {
+                low: Vec2::ZERO,
+                high: Vec2::ZERO,
+            }
+        } else {
+            Rectangle {
+                low: Vec2::new(
+                    (hits.low.x + first) * pixel.x - 1.0,
+                    1.0 - (hits.high.y + last) * pixel.y,
+                ),
+                high: Vec2::new(
+                    (hits.high.x + last) * pixel.x - 1.0,
+                    1.0 - (hits.low.y + first) * pixel.y,
+                ),
+            }
+        },
+    }
+}
+
+/// First and last column and row of the pixels that hit something.
+struct Hits {
+    low: Vec2,
+    high: Vec2,
+}
+
+impl Hits {
+    /// Tries the ray of a pixel, unless its column or row is negative.
+    #[inline]
+    fn attempt(&mut self, frame: &Frame, triangle: &Triangle, column: Real, row: Real) {
+        let is_there = column >= 0.0 && row >= 0.0;
+        let direction = pixel_ray(frame, column as u32, row as u32);
+        if is_there && may_hit(vec3(frame.eye), direction, triangle) {
+            self.low = Vec2::new(min(self.low.x, column), min(self.low.y, row));
+            self.high = Vec2::new(max(self.high.x, column), max(self.high.y, row));
+        }
+    }
+}
+
 /// Returns the triangle of `corners` with each side (from corner 0 to 1, 1 to 2, 2 to 0)
-/// moved out by a pixel and by `beyond` pixels, or else `rectangle`.
+/// moved out by `beyond` pixels, or else `rectangle`.
 #[inline]
 fn grown_triangle(
     frame: &Frame,
@@ -170,7 +264,7 @@ fn grown_triangle(
         && max(beyond[0], max(beyond[1], beyond[2])) < FURTHEST
         && rectangle.low.x < rectangle.high.x;
     let pixel = Vec2::new(div(2.0, frame.size[0]), div(2.0, frame.size[1]));
-    let (by_ab, by_bc, by_ca) = (1.0 + beyond[0], 1.0 + beyond[1], 1.0 + beyond[2]);
+    let [by_ab, by_bc, by_ca] = beyond;
     // The intersection of the two moved sides of a corner.
     let grow = |corner: Vec2, before: (Vec2, Real), after: (Vec2, Real), sine: Real| {
         let out = before.0 * after.1 - after.0 * before.1;
@@ -352,55 +446,49 @@ pub fn prism_outline(frame: &Frame, object: &Object, data: &PrismData) -> Outlin
     if hull.some_hidden {
         return outline;
     }
-    let pixel = Vec2::new(div(2.0, frame.size[0]), div(2.0, frame.size[1]));
+    let size = (hull.high - hull.low) * half;
+    let margin = MARGIN + PRISM_MARGIN * max(size.x, size.y);
+    let scale = Vec2::new(div(2.0, frame.size[0]), div(2.0, frame.size[1])) * margin;
     let low = Vec2::new(
-        max(hull.low.x - pixel.x, -1.0),
-        max(hull.low.y - pixel.y, -1.0),
+        max(hull.low.x - scale.x, -1.0),
+        max(hull.low.y - scale.y, -1.0),
     );
     let high = Vec2::new(
-        min(hull.high.x + pixel.x, 1.0),
-        min(hull.high.y + pixel.y, 1.0),
+        min(hull.high.x + scale.x, 1.0),
+        min(hull.high.y + scale.y, 1.0),
     );
     if low.x >= high.x || low.y >= high.y {
         outline.rectangle = nothing;
         return outline;
     }
-    grown_triangle(frame, [a, b, c], hull.beyond, true, Rectangle { low, high })
+    let beyond = [
+        margin + hull.beyond[0],
+        margin + hull.beyond[1],
+        margin + hull.beyond[2],
+    ];
+    grown_triangle(frame, [a, b, c], beyond, true, Rectangle { low, high })
 }
 
-/// Returns vertex `index` (0…5) of the two triangles that are drawn for `outline`, in
-/// normalised device coordinates.
+/// Returns corner `index` (0…2) of the triangle that is drawn for `outline`, normalised
+/// device coordinates: one around its rectangle unless it is grown.
 #[inline]
-pub fn outline_vertex(outline: &Outline, index: u32) -> Vec2 {
-    if !outline.grown {
-        rectangle_corner(&outline.rectangle, index)
+pub fn outline_corner(outline: &Outline, index: u32) -> Vec2 {
+    let Rectangle { low, high } = outline.rectangle;
+    if outline.grown {
+        if index == 0 {
+            outline.corners[0]
+        } else if index == 1 {
+            outline.corners[1]
+        } else {
+            outline.corners[2]
+        }
+    } else if index == 0 {
+        low
     } else if index == 1 {
-        outline.corners[1]
-    } else if index == 2 {
-        outline.corners[2]
+        Vec2::new(low.x + 2.0 * (high.x - low.x), low.y)
     } else {
-        // The second triangle is empty.
-        outline.corners[0]
+        Vec2::new(low.x, low.y + 2.0 * (high.y - low.y))
     }
-}
-
-/// Returns vertex `index` (0…5) of the two triangles that make up `rectangle`.
-#[inline]
-pub fn rectangle_corner(rectangle: &Rectangle, index: u32) -> Vec2 {
-    let right = index == 1 || index == 2 || index == 4;
-    let top = index == 2 || index == 4 || index == 5;
-    Vec2::new(
-        if right {
-            rectangle.high.x
-        } else {
-            rectangle.low.x
-        },
-        if top {
-            rectangle.high.y
-        } else {
-            rectangle.low.y
-        },
-    )
 }
 
 #[cfg(test)]

@@ -69,15 +69,15 @@ macro_rules! for_each_search {
 }
 
 /// Calls the macro `$with`, after the tokens `$before`, with the facets that shaders
-/// read, and the vertex entry point that places an outline around each:
-/// `Type vertex;`
+/// read, the compute entry point that finds an outline around each, and the vertex entry
+/// point that does so for itself, for engines that draw in one pass: `Type outlines vertex;`
 #[macro_export]
 macro_rules! for_each_facet {
     ($with:ident $($before:tt)*) => {
         $with! { $($before)*
-            Triangle vertex;
-            PlanarTriangle vertex_planar;
-            PrismData vertex_prisms;
+            Triangle outlines vertex;
+            PlanarTriangle outlines_planar vertex_planar;
+            PrismData outlines_prisms vertex_prisms;
         }
     };
 }

@@ -194,7 +194,7 @@ pub(super) fn json(
             topology: "triangle-list",
             vertex_buffers: [],
             indexed: false,
-            vertices: 6 * object.triangles.len() as u32,
+            vertices: 3 * object.triangles.len() as u32,
             instances: 1,
             vertices_per_facet: 6,
             indirect: DRAW_FILE,

@@ -207,7 +207,7 @@ fn export_object(
         "bindings.rs",
         bindings::rust(entry_points, options.output),
     ));
-    let draw = [6 * object.triangles.len() as u32, 1, 0, 0];
+    let draw = [3 * object.triangles.len() as u32, 1, 0, 0];
     let frame = object.frame(&scene.frame);
     let buffers: [(&str, &[u8]); 5] = [
         ("frame.bin", bytemuck::bytes_of(&*frame)),

@@ -128,7 +128,7 @@ pub(super) fn object(
     text += &format!(
         "\n## Draw\n\n\
          * {} vertices as a triangle list, not indexed, one instance, no vertex buffers. Each\n  \
-           facet has six, for an outline around its pixels. No culling, one sample per pixel.\n\
+           facet has three, for an outline around its pixels. No culling, one sample per pixel.\n\
          * Target 0: {}, without blending. It gets\n  \
            {}. Clear it to {clear}.\n\
          * Depth: a 32-bit float buffer, cleared to 0, compare `greater`, write enabled. The\n  \
@@ -136,7 +136,7 @@ pub(super) fn object(
            plane, 0 at infinity. Anything else drawn into it must do the same (a reversed\n  \
            projection with an infinite far plane). The shader discards fragments.\n\
          * The target must have the frame's `size`, here {width} × {height}.\n\n",
-        6 * object.triangles.len(),
+        3 * object.triangles.len(),
         quoted(output.formats()),
         output.about(),
     );

@@ -1,10 +1,10 @@
 //! Conversion of the fields of a scene from and to the values of a scene file.
 
-use super::{Color, Shape, Technique, Tier};
+use super::{Color, Grid, Instance, Instances, Shape, Technique, Tier};
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::Storage;
 use std::path::PathBuf;
-use toml::Value;
+use toml::{Table, Value};
 
 /// A type of fields that keys of a scene file set.
 pub(super) trait Field: Sized {
@@ -217,4 +217,150 @@ pub(super) fn number(value: &Value) -> Option<f64> {
     value
         .as_float()
         .or(value.as_integer().map(|whole| whole as f64))
+}
+
+/// The keys of a table whose values `read` knows; `None` if it has others, or a value is
+/// wrong.
+fn each(table: &Table, mut read: impl FnMut(&str, &Value) -> bool) -> Option<()> {
+    table
+        .iter()
+        .all(|(name, value)| read(name, value))
+        .then_some(())
+}
+
+fn put<F: Field>(field: &mut F, value: &Value) -> bool {
+    F::from_toml(Some(value)).is_some_and(|value| {
+        *field = value;
+        true
+    })
+}
+
+fn instance(value: &Value) -> Option<Instance> {
+    let mut copy = Instance::default();
+    each(value.as_table()?, |name, value| match name {
+        "scale" => number(value).is_some_and(|scale| {
+            copy.scale = scale;
+            true
+        }),
+        "rotate" => put(&mut copy.rotate, value),
+        "translate" => put(&mut copy.translate, value),
+        _ => false,
+    })?;
+    Some(copy)
+}
+
+fn grid(table: &Table) -> Option<Grid> {
+    let mut grid = Grid {
+        count: [0; 3],
+        spacing: [0.0; 3],
+    };
+    each(table, |name, value| match name {
+        "count" => put(&mut grid.count, value),
+        "spacing" => put(&mut grid.spacing, value),
+        _ => false,
+    })?;
+    Some(grid)
+}
+
+impl Field for Instances {
+    fn kind() -> String {
+        "a list of { translate = [x, y, z], rotate = [x, y, z], scale = 1 }, a grid { count = [x, y, z], spacing = [x, y, z] }, or the path of a CSV file".into()
+    }
+
+    fn to_toml(&self) -> Option<Value> {
+        match self {
+            Instances::List(list) => {
+                let default = Instance::default();
+                let copies = list.iter().map(|copy| {
+                    let mut table = Table::new();
+                    if copy.translate != default.translate {
+                        table.insert("translate".into(), copy.translate.to_toml()?);
+                    }
+                    if copy.rotate != default.rotate {
+                        table.insert("rotate".into(), copy.rotate.to_toml()?);
+                    }
+                    if copy.scale != default.scale {
+                        table.insert("scale".into(), copy.scale.to_toml()?);
+                    }
+                    Some(Value::Table(table))
+                });
+                Some(Value::Array(copies.collect::<Option<_>>()?))
+            }
+            Instances::Grid(grid) => {
+                let mut table = Table::new();
+                table.insert("count".into(), grid.count.to_toml()?);
+                table.insert("spacing".into(), grid.spacing.to_toml()?);
+                Some(Value::Table(table))
+            }
+            Instances::File(path) => path.to_toml(),
+        }
+    }
+
+    fn from_toml(value: Option<&Value>) -> Option<Self> {
+        match value? {
+            Value::Array(copies) => copies
+                .iter()
+                .map(instance)
+                .collect::<Option<_>>()
+                .map(Instances::List),
+            Value::Table(table) => grid(table).map(Instances::Grid),
+            value => PathBuf::from_toml(Some(value)).map(Instances::File),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn instances_are_read_as_they_are_written() {
+        let list = Instances::List(vec![
+            Instance::default(),
+            Instance {
+                scale: 0.5,
+                rotate: [0.0, 90.0, 0.0],
+                translate: [1.0, -2.0, 3.5],
+            },
+        ]);
+        let grid = Instances::Grid(Grid {
+            count: [20, 1, 20],
+            spacing: [2.5, 0.0, 2.5],
+        });
+        for instances in [list, grid, Instances::File("trees.csv".into())] {
+            let value = instances.to_toml().unwrap();
+            assert_eq!(Instances::from_toml(Some(&value)), Some(instances));
+        }
+    }
+
+    #[test]
+    fn other_keys_and_numbers_are_refused() {
+        let read = |text: &str| {
+            let table: Table = format!("a = {text}").parse().unwrap();
+            Instances::from_toml(table.get("a"))
+        };
+        for text in [
+            "[{ move = [1, 2, 3] }]",
+            "[{ translate = [1, 2] }]",
+            "[1, 2, 3]",
+            "{ count = [1, 2, -3] }",
+            "{ counts = [1, 2, 3] }",
+            "true",
+        ] {
+            assert_eq!(read(text), None, "{text}");
+        }
+        let check = |text: &str| read(text).unwrap().check();
+        let error = check("[{}, { scale = 0 }]").unwrap_err();
+        assert!(error.contains("copy 2 whose scale is 0"), "{error}");
+        let error = check("[{ translate = [nan, 0, 0] }]").unwrap_err();
+        assert!(error.contains("translate"), "{error}");
+        for wrong in [
+            "[]",
+            "{ spacing = [1, 1, 1] }",
+            "{ count = [1, 1, 1], spacing = [inf, 0, 0] }",
+        ] {
+            assert!(check(wrong).is_err(), "{wrong}");
+        }
+        assert!(check("[{ rotate = [0, 45, 0] }]").is_ok());
+    }
 }

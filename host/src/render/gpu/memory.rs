@@ -1,8 +1,9 @@
 //! Predicts the device memory of a scene, without a device.
 
-use super::scene::{STRIDE, sharing};
+use super::outlines::{buffer_bytes, padded};
+use super::shared::{STRIDE, sharing};
 use super::{EntryPoints, Extent, Facets};
-use crate::prepare::PreparedScene;
+use crate::prepare::{PreparedObject, PreparedScene};
 use std::collections::BTreeSet;
 use std::mem::{size_of, size_of_val};
 
@@ -31,6 +32,8 @@ pub struct Memory {
     pub maps: u64,
     /// The frame and the objects' parameters.
     pub parameters: u64,
+    /// Outlines of the facets.
+    pub outlines: u64,
     /// Pictures, their read-back buffers, depth and exits.
     pub pictures: u64,
 }
@@ -41,8 +44,10 @@ impl Memory {
     pub fn of(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> Memory {
         let placed = scene.objects.iter();
         let placed = placed.filter(|object| object.placement.is_some());
+        let facets = |object: &PreparedObject| object.triangles.len() as u64;
         let mut memory = Memory {
             parameters: (STRIDE * (1 + placed.count())) as u64,
+            outlines: buffer_bytes(scene.objects.iter().map(facets)).iter().sum(),
             pictures: picture_bytes(scene, extent, pictures),
             ..Memory::default()
         };
@@ -51,7 +56,8 @@ impl Memory {
             let object = &scene.objects[shared[0]];
             let has_everything = extent == Extent::Everything;
             let facets = EntryPoints::of(&object.parameters, extent).facets;
-            let bytes = |facets: Facets| (object.triangles.len() * facets.bytes()) as u64;
+            let count = padded(object.triangles.len() as u64);
+            let bytes = |facets: Facets| count * facets.bytes() as u64;
             match facets {
                 _ if has_everything => {
                     memory.triangles += bytes(Facets::Triangles);
@@ -83,7 +89,7 @@ impl Memory {
 
     /// Returns the sum.
     pub fn total(&self) -> u64 {
-        self.triangles + self.prisms + self.maps + self.parameters + self.pictures
+        self.triangles + self.prisms + self.maps + self.parameters + self.outlines + self.pictures
     }
 }
 

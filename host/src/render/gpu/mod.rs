@@ -19,9 +19,11 @@
 mod content;
 mod error;
 mod memory;
+mod outlines;
 mod pipelines;
 mod scene;
 mod shaders;
+mod shared;
 mod targets;
 mod timestamps;
 

@@ -1,24 +1,29 @@
-//! Render pipelines, made when first needed and kept across scenes.
+//! Pipelines, made when first needed and kept across scenes.
 
 use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
-use super::shaders::{EXITS, EntryPoints};
+use super::shaders::{EXITS, EntryPoints, PLACE};
 use crate::render::RenderError;
 use relievo_bitwise::{Device, Module};
 use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
 
 /// The pipelines of one module on one device. Objects with the same entry points
 /// share one.
 pub struct Pipelines {
     device: Device,
     module: Module,
-    vertices: BTreeMap<&'static str, wgpu::ShaderModule>,
+    /// The vertex shader.
+    place: Option<wgpu::ShaderModule>,
     bindings: wgpu::BindGroupLayout,
     exit_bindings: wgpu::BindGroupLayout,
+    /// Outlines to write, and to read.
+    outline_bindings: [wgpu::BindGroupLayout; 2],
+    /// The layout of shaders that find outlines.
+    compute_layout: wgpu::PipelineLayout,
     layout: wgpu::PipelineLayout,
     /// The layout of shaders that ask for exits.
     layout_with_exits: wgpu::PipelineLayout,
     made: BTreeMap<&'static str, wgpu::RenderPipeline>,
+    made_outlines: BTreeMap<&'static str, wgpu::ComputePipeline>,
 }
 
 impl Pipelines {
@@ -26,6 +31,19 @@ impl Pipelines {
     pub fn new(device: &Device, module: &Module) -> Pipelines {
         let bindings = bind_group_layout(device.wgpu());
         let exit_bindings = exit_bind_group_layout(device.wgpu());
+        let outline_bindings = [true, false].map(|is_written| {
+            let visibility = if is_written {
+                wgpu::ShaderStages::COMPUTE
+            } else {
+                wgpu::ShaderStages::VERTEX
+            };
+            device
+                .wgpu()
+                .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                    label: Some("outlines"),
+                    entries: &[buffer_entry(0, visibility, !is_written, true)],
+                })
+        });
         let layout = |groups: &[Option<&wgpu::BindGroupLayout>]| {
             device
                 .wgpu()
@@ -38,12 +56,19 @@ impl Pipelines {
         Pipelines {
             device: device.clone(),
             module: module.clone(),
-            vertices: BTreeMap::new(),
-            layout: layout(&[Some(&bindings)]),
-            layout_with_exits: layout(&[Some(&bindings), Some(&exit_bindings)]),
+            place: None,
+            compute_layout: layout(&[Some(&bindings), Some(&outline_bindings[0])]),
+            layout: layout(&[Some(&bindings), None, Some(&outline_bindings[1])]),
+            layout_with_exits: layout(&[
+                Some(&bindings),
+                Some(&exit_bindings),
+                Some(&outline_bindings[1]),
+            ]),
             bindings,
             exit_bindings,
+            outline_bindings,
             made: BTreeMap::new(),
+            made_outlines: BTreeMap::new(),
         }
     }
 
@@ -62,27 +87,63 @@ impl Pipelines {
         &self.exit_bindings
     }
 
-    /// Makes the pipeline that writes exits, if it is missing.
+    /// Returns the layout of the outlines, to write or to read.
+    pub(super) fn outline_bindings(&self, is_written: bool) -> &wgpu::BindGroupLayout {
+        &self.outline_bindings[usize::from(!is_written)]
+    }
+
+    /// Makes the pipelines that write exits, if they are missing.
     pub(super) fn make_exits(&mut self) -> Result<(), RenderError> {
-        self.make_pair(EXITS, 1, false)
+        let [exits, outlines] = EXITS;
+        self.make_drawing(exits, 1, false)?;
+        self.make_outlines(outlines)
     }
 
     /// Returns the pipeline that [`Self::make_exits`] has made.
     pub(super) fn exits(&self) -> &wgpu::RenderPipeline {
-        &self.made[EXITS[1]]
+        &self.made[EXITS[0]]
     }
 
-    /// Makes the pipeline that draws `content` of objects with these entry points,
-    /// if it is missing.
+    /// Returns the pipeline that finds the outlines of facets of objects with these entry
+    /// points, or of their exits.
+    pub(super) fn outlines(&self, of: &EntryPoints, of_exits: bool) -> &wgpu::ComputePipeline {
+        let name = if of_exits { EXITS[1] } else { of.outlines };
+        &self.made_outlines[name]
+    }
+
+    /// Makes the pipeline that finds outlines, if it is missing.
+    fn make_outlines(&mut self, name: &'static str) -> Result<(), RenderError> {
+        if self.made_outlines.contains_key(name) {
+            return Ok(());
+        }
+        let device = &self.device;
+        let module = self.module.load(device, name)?;
+        let pipeline = device.attempt(|| {
+            let descriptor = wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&self.compute_layout),
+                module: &module,
+                entry_point: Some(name),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            };
+            Ok::<_, RenderError>(device.wgpu().create_compute_pipeline(&descriptor))
+        })?;
+        self.made_outlines.insert(name, pipeline);
+        Ok(())
+    }
+
+    /// Makes the pipelines that draw `content` of objects with these entry points, if they are
+    /// missing.
     pub(super) fn make(&mut self, of: &EntryPoints, content: Content) -> Result<(), RenderError> {
-        let pair = [of.vertex, content.fragment(of)];
-        self.make_pair(pair, content.targets(), of.asks_for_exits)
+        self.make_drawing(content.fragment(of), content.targets(), of.asks_for_exits)?;
+        self.make_outlines(of.outlines)
     }
 
-    /// Makes the pipeline of a vertex and a fragment shader, if it is missing.
-    fn make_pair(
+    /// Makes the pipeline of a fragment shader, if it is missing.
+    fn make_drawing(
         &mut self,
-        [vertex, fragment]: [&'static str; 2],
+        fragment: &'static str,
         targets: usize,
         asks_for_exits: bool,
     ) -> Result<(), RenderError> {
@@ -90,12 +151,12 @@ impl Pipelines {
         if self.made.contains_key(fragment) {
             return Ok(());
         }
-        let placed = match self.vertices.entry(vertex) {
-            Entry::Occupied(known) => known.into_mut(),
-            Entry::Vacant(place) => place.insert(self.module.load(device, vertex)?),
+        let place = match &mut self.place {
+            Some(place) => place,
+            none => none.insert(self.module.load(device, PLACE)?),
         };
         let modules = [
-            (&*placed, vertex),
+            (&*place, PLACE),
             (&self.module.load(device, fragment)?, fragment),
         ];
         let layout = if asks_for_exits {
@@ -119,23 +180,32 @@ impl Pipelines {
 
 /// Four read-only storage buffers: frame, object, facets, texels.
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entries: Vec<_> = (0..4)
-        .map(|binding| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: true },
-                // Of one buffer with the frames or the parameters of many objects.
-                has_dynamic_offset: binding < 2,
-                min_binding_size: None,
-            },
-            count: None,
-        })
-        .collect();
+    let stages = wgpu::ShaderStages::COMPUTE | wgpu::ShaderStages::FRAGMENT;
+    // One buffer has the frames or the parameters of many objects.
+    let entries = [0, 1, 2, 3].map(|binding| buffer_entry(binding, stages, true, binding < 2));
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("relievo"),
         entries: &entries,
     })
+}
+
+/// A storage buffer.
+fn buffer_entry(
+    binding: u32,
+    visibility: wgpu::ShaderStages,
+    read_only: bool,
+    has_dynamic_offset: bool,
+) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility,
+        ty: wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only },
+            has_dynamic_offset,
+            min_binding_size: None,
+        },
+        count: None,
+    }
 }
 
 /// The picture of exits.

@@ -1,8 +1,10 @@
 //! Uploads a prepared scene to a device, and records its drawing.
 
 use super::content::Content;
+use super::outlines::{Outlines, padded, workgroups};
 use super::pipelines::Pipelines;
 use super::shaders::{EntryPoints, Extent, Facets};
+use super::shared::{STRIDE, sharing};
 use super::targets::Targets;
 use super::timestamps::Timestamps;
 use crate::prepare::{Placement, PreparedObject, PreparedScene};
@@ -24,18 +26,15 @@ pub struct GpuScene {
     objects: Vec<GpuObject>,
     /// The frame of each object in its space; `None` where it lies outside the picture.
     seen: Vec<Option<Frame>>,
+    outlines: Outlines,
     background: wgpu::Color,
     bytes: u64,
 }
 
-/// Bytes from one frame or object in a buffer to the next: every device takes this offset.
-pub(super) const STRIDE: usize = 256;
-const _: () = assert!(size_of::<Frame>() <= STRIDE && size_of::<Object>() <= STRIDE);
-
 /// Facets, and how they are drawn.
 struct GpuFacets {
     bindings: wgpu::BindGroup,
-    vertices: u32,
+    count: u32,
     entry_points: EntryPoints,
     /// Whether their exits are written.
     has_exits: bool,
@@ -73,7 +72,10 @@ impl GpuScene {
         for object in &scene.objects {
             let facets = EntryPoints::of(&object.parameters, extent).facets;
             let sizes = [
-                ("triangles", object.triangles.len() * facets.bytes()),
+                (
+                    "triangles",
+                    padded(object.triangles.len() as u64) as usize * facets.bytes(),
+                ),
                 ("the shape map", std::mem::size_of_val(object.map.words())),
             ];
             for (what, bytes) in sizes {
@@ -89,8 +91,8 @@ impl GpuScene {
         }
 
         let total = Cell::new(0);
-        let storage = |label: &str, bytes: &[u8]| {
-            let size = (bytes.len() as u64).max(4);
+        let with_room = |label: &str, room: u64, bytes: &[u8]| {
+            let size = room.max(4);
             total.set(total.get() + size);
             let buffer = device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some(label),
@@ -101,6 +103,7 @@ impl GpuScene {
             queue.write_buffer(&buffer, 0, bytes);
             buffer
         };
+        let storage = |label: &str, bytes: &[u8]| with_room(label, bytes.len() as u64, bytes);
         let placed = scene.objects.iter();
         let placed = placed.filter(|object| object.placement.is_some()).count();
         let frames = storage("frames", &vec![0; STRIDE * (1 + placed)]);
@@ -130,7 +133,8 @@ impl GpuScene {
                 bytes[..own.len()].copy_from_slice(own);
             }
             let parameters = storage("objects", &parameters);
-            let buffer = storage("facets", &facet_bytes(object, entry_points.facets));
+            let room = padded(object.triangles.len() as u64) * entry_points.facets.bytes() as u64;
+            let buffer = with_room("facets", room, &facet_bytes(object, entry_points.facets));
             let one = |buffer, size: usize| {
                 wgpu::BindingResource::Buffer(wgpu::BufferBinding {
                     buffer,
@@ -168,7 +172,7 @@ impl GpuScene {
             }
             facets.push(GpuFacets {
                 bindings,
-                vertices: 6 * object.triangles.len() as u32,
+                count: object.triangles.len() as u32,
                 entry_points,
                 has_exits,
                 bounds: object_bounds(object),
@@ -185,7 +189,14 @@ impl GpuScene {
             object.offsets[0] = (place * STRIDE) as u32;
         }
         let [r, g, b, a] = background_words(scene).map(f64::from);
+        let counts = scene
+            .objects
+            .iter()
+            .map(|object| object.triangles.len() as u64);
+        let outlines = Outlines::new(pipelines, counts);
+        total.set(total.get() + outlines.bytes());
         Ok(GpuScene {
+            outlines,
             frames,
             facets,
             seen: Vec::with_capacity(objects.len()),
@@ -231,50 +242,6 @@ impl GpuScene {
         }
     }
 
-    /// Records the drawing of the exits, if any object has some. Returns whether it did.
-    fn record_exits(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        pipelines: &Pipelines,
-        targets: &Targets,
-        timestamps: Option<&Timestamps>,
-    ) -> bool {
-        let has_exits = self.facets.iter().any(|facets| facets.has_exits);
-        let (true, Some(exits)) = (has_exits, targets.exits()) else {
-            return false;
-        };
-        let attachment = wgpu::RenderPassColorAttachment {
-            view: &exits.view,
-            depth_slice: None,
-            resolve_target: None,
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                store: wgpu::StoreOp::Store,
-            },
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("exits"),
-            color_attachments: &[Some(attachment)],
-            depth_stencil_attachment: Some(depth_attachment(targets)),
-            timestamp_writes: timestamps.map(|timestamps| timestamps.writes(true, false)),
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
-        pass.set_pipeline(pipelines.exits());
-        for (object, facets) in self.seen().filter(|(_, facets)| facets.has_exits) {
-            pass.set_bind_group(0, &facets.bindings, &object.offsets);
-            pass.draw(0..facets.vertices, 0..1);
-        }
-        true
-    }
-
-    /// The objects that may be seen in the last frame that was set, and their facets.
-    fn seen(&self) -> impl Iterator<Item = (&GpuObject, &GpuFacets)> {
-        let objects = self.objects.iter().zip(&self.seen);
-        let seen = objects.filter(|(_, frame)| frame.is_some());
-        seen.map(|(object, _)| (object, &self.facets[object.facets as usize]))
-    }
-
     /// Records the drawing to `targets`. Pipelines and targets must be made for
     /// `content`.
     pub fn record(
@@ -285,43 +252,91 @@ impl GpuScene {
         content: Content,
         timestamps: Option<&Timestamps>,
     ) {
+        let batches = self.outlines.batches();
+        let has_exits = self.facets.iter().any(|facets| facets.has_exits);
+        let exits = targets.exits().filter(|_| has_exits);
+        if let Some(exits) = exits {
+            let views = [Some((&exits.view, wgpu::Color::TRANSPARENT))];
+            for batch in 0..batches {
+                let clock = timestamps.filter(|_| batch == 0).map(Timestamps::begin);
+                self.record_outlines(encoder, pipelines, batch, true, clock);
+                let mut pass = begin_pass(encoder, targets, &views, batch, batches, None);
+                pass.set_pipeline(pipelines.exits());
+                for (object, offset) in self.outlines.batch(batch) {
+                    let object = &self.objects[object as usize];
+                    if self.facets[object.facets as usize].has_exits {
+                        self.draw(&mut pass, object, offset);
+                    }
+                }
+            }
+        }
         let clear = match content {
             Content::Color => self.background,
             Content::Geometry => wgpu::Color::TRANSPARENT,
         };
-        let attachment = |index: usize| {
-            Some(wgpu::RenderPassColorAttachment {
-                view: targets.view(index)?,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(clear),
-                    store: wgpu::StoreOp::Store,
-                },
-            })
-        };
-        let attachments = [attachment(0), attachment(1)];
-        let has_exits = self.record_exits(encoder, pipelines, targets, timestamps);
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("relievo"),
-            color_attachments: &attachments[..content.targets()],
-            depth_stencil_attachment: Some(depth_attachment(targets)),
-            timestamp_writes: timestamps.map(|timestamps| timestamps.writes(!has_exits, true)),
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
-        if let Some(exits) = targets.exits() {
-            pass.set_bind_group(1, &exits.bindings, &[]);
+        let views = [0, 1].map(|index| Some((targets.view(index)?, clear)));
+        let views = &views[..content.targets()];
+        for batch in 0..batches {
+            let is_first = batch == 0 && exits.is_none();
+            let clock = timestamps.filter(|_| is_first).map(Timestamps::begin);
+            self.record_outlines(encoder, pipelines, batch, false, clock);
+            let is_last = batch + 1 == batches;
+            let clock = timestamps.filter(|_| is_last).map(Timestamps::end);
+            let mut pass = begin_pass(encoder, targets, views, batch, batches, clock);
+            if let Some(exits) = targets.exits() {
+                pass.set_bind_group(1, &exits.bindings, &[]);
+            }
+            let mut last = None;
+            for (object, offset) in self.outlines.batch(batch) {
+                let object = &self.objects[object as usize];
+                if last != Some(object.facets) {
+                    let entry_points = &self.facets[object.facets as usize].entry_points;
+                    pass.set_pipeline(pipelines.get(entry_points, content));
+                    last = Some(object.facets);
+                }
+                self.draw(&mut pass, object, offset);
+            }
         }
+    }
+
+    /// Records the search for the outlines of the facets of a batch, or of the exits
+    /// through them.
+    fn record_outlines(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipelines: &Pipelines,
+        batch: usize,
+        of_exits: bool,
+        timestamp_writes: Option<wgpu::ComputePassTimestampWrites<'_>>,
+    ) {
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("outlines"),
+            timestamp_writes,
+        });
         let mut last = None;
-        for (object, facets) in self.seen() {
+        for (object, offset) in self.outlines.batch(batch) {
+            let object = &self.objects[object as usize];
+            let facets = &self.facets[object.facets as usize];
+            if of_exits && !facets.has_exits {
+                continue;
+            }
             if last != Some(object.facets) {
-                pass.set_pipeline(pipelines.get(&facets.entry_points, content));
+                pass.set_pipeline(pipelines.outlines(&facets.entry_points, of_exits));
                 last = Some(object.facets);
             }
             pass.set_bind_group(0, &facets.bindings, &object.offsets);
-            pass.draw(0..facets.vertices, 0..1);
+            pass.set_bind_group(1, self.outlines.written(), &[offset]);
+            let [groups, rows] = workgroups(facets.count.into());
+            pass.dispatch_workgroups(groups, rows, 1);
         }
+    }
+
+    /// Draws the outlines of `object`, which are at `offset`.
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, object: &GpuObject, offset: u32) {
+        let facets = &self.facets[object.facets as usize];
+        pass.set_bind_group(0, &facets.bindings, &object.offsets);
+        pass.set_bind_group(2, self.outlines.read(), &[offset]);
+        pass.draw(0..3 * facets.count, 0..1);
     }
 
     /// Sets the camera and the light of the pictures that are recorded after this.
@@ -337,6 +352,12 @@ impl GpuScene {
             is_seen.then_some(own)
         });
         own.collect_into_vec(&mut self.seen);
+        let objects = (0..).zip(&self.objects).zip(&self.seen);
+        self.outlines
+            .set(objects.filter_map(|((index, object), frame)| {
+                let facets = &facets[object.facets as usize];
+                frame.as_ref().map(|_| (index, u64::from(facets.count)))
+            }));
         queue.write_buffer(&self.frames, 0, bytemuck::bytes_of(frame));
         let Some(size) = NonZero::new(self.frames.size() - STRIDE as u64) else {
             return;
@@ -357,32 +378,57 @@ impl GpuScene {
     }
 }
 
-/// Returns the indices of `objects` by the facets that they share, the first ones first.
-pub(super) fn sharing(objects: &[PreparedObject]) -> Vec<Vec<usize>> {
-    let mut shared: Vec<Vec<usize>> = Vec::new();
-    for (index, object) in objects.iter().enumerate() {
-        let known = shared
-            .iter_mut()
-            .rev()
-            .find(|known| object.placement.is_some() && objects[known[0]].shares_facets(object));
-        match known {
-            Some(known) => known.push(index),
-            None => shared.push(vec![index]),
-        }
-    }
-    shared
-}
-
-/// The depth buffer of a pass, cleared before and discarded after it.
-fn depth_attachment(targets: &Targets) -> wgpu::RenderPassDepthStencilAttachment<'_> {
-    wgpu::RenderPassDepthStencilAttachment {
-        view: targets.depth(),
-        depth_ops: Some(wgpu::Operations {
-            load: wgpu::LoadOp::Clear(0.0),
-            store: wgpu::StoreOp::Discard,
+/// Begins the render pass of batch `batch` of `batches` to `views`, which are cleared before
+/// the first one, as the depth buffer is.
+fn begin_pass<'encoder>(
+    encoder: &'encoder mut wgpu::CommandEncoder,
+    targets: &Targets,
+    views: &[Option<(&wgpu::TextureView, wgpu::Color)>],
+    batch: usize,
+    batches: usize,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+) -> wgpu::RenderPass<'encoder> {
+    let (is_first, is_last) = (batch == 0, batch + 1 == batches);
+    let load = |color| match is_first {
+        true => wgpu::LoadOp::Clear(color),
+        false => wgpu::LoadOp::Load,
+    };
+    let attachments = views.iter().map(|view| {
+        let (view, color) = (*view)?;
+        Some(wgpu::RenderPassColorAttachment {
+            view,
+            depth_slice: None,
+            resolve_target: None,
+            ops: wgpu::Operations {
+                load: load(color),
+                store: wgpu::StoreOp::Store,
+            },
+        })
+    });
+    let attachments: Vec<_> = attachments.collect();
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some("relievo"),
+        color_attachments: &attachments,
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: targets.depth(),
+            depth_ops: Some(wgpu::Operations {
+                load: if is_first {
+                    wgpu::LoadOp::Clear(0.0)
+                } else {
+                    wgpu::LoadOp::Load
+                },
+                store: if is_last {
+                    wgpu::StoreOp::Discard
+                } else {
+                    wgpu::StoreOp::Store
+                },
+            }),
+            stencil_ops: None,
         }),
-        stencil_ops: None,
-    }
+        timestamp_writes,
+        occlusion_query_set: None,
+        multiview_mask: None,
+    })
 }
 
 /// Returns the facets of `object` as the bytes that shaders read.

@@ -20,15 +20,16 @@ macro_rules! files {
     };
 }
 
-/// The fragment shaders of the renderer in a folder, and its vertex shaders.
+/// The shaders of the renderer in a folder, and `more`.
 macro_rules! renderer {
-    ($folder:literal:
+    ($folder:literal [$($more:ident)*]
         $($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
             draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {
-        files!($folder: vertex vertex_planar vertex_prisms vertex_exits exits
+        files!($folder: place outlines outlines_planar outlines_prisms outlines_exits exits
+            $($more)*
             $($color $shadow $geometry $($special_color $special_shadow $special_geometry)*)*)
     };
 }
@@ -47,10 +48,11 @@ macro_rules! kernel_files {
 
 type Files = &'static [&'static [u8]];
 #[cfg(not(target_arch = "wasm32"))]
-static EXACT: Files = for_each_search!(renderer "relievo_exact":);
+static EXACT: Files = for_each_search!(renderer "relievo_exact" []);
 #[cfg(not(target_arch = "wasm32"))]
-static FUSED: Files = for_each_search!(renderer "relievo_fused":);
-static FAST: Files = for_each_search!(renderer "relievo_fast":);
+static FUSED: Files = for_each_search!(renderer "relievo_fused" []);
+// With the vertex shaders of exports.
+static FAST: Files = for_each_search!(renderer "relievo_fast" [vertex vertex_planar vertex_prisms]);
 #[cfg(not(target_arch = "wasm32"))]
 static KERNELS: (Files, Files, Files) = relievo_shared::for_each_kernel!(kernel_files);
 #[cfg(not(target_arch = "wasm32"))]
@@ -263,16 +265,16 @@ impl Facets {
         }
     }
 
-    /// The vertex shader that places them.
-    fn vertex(self) -> &'static str {
-        macro_rules! vertex {
-            ($($facet:ident $name:ident;)*) => {
+    /// The compute shader that finds their outlines, and the vertex shader of exports.
+    fn shaders(self) -> [&'static str; 2] {
+        macro_rules! shaders {
+            ($($facet:ident $outlines:ident $vertex:ident;)*) => {
                 match self {
-                    $(facets!($facet) => stringify!($name),)*
+                    $(facets!($facet) => [stringify!($outlines), stringify!($vertex)],)*
                 }
             };
         }
-        for_each_facet!(vertex)
+        for_each_facet!(shaders)
     }
 }
 
@@ -281,7 +283,9 @@ impl Facets {
 pub struct EntryPoints {
     /// Type of the facets that they read.
     pub facets: Facets,
-    /// Vertex shader that places the facets' outlines.
+    /// Compute shader that finds the outlines of the facets, which the vertex shader `place` draws.
+    pub outlines: &'static str,
+    /// Vertex shader that does both at once, in exports.
     pub vertex: &'static str,
     /// Draws its colours.
     pub color: &'static str,
@@ -291,8 +295,10 @@ pub struct EntryPoints {
     pub asks_for_exits: bool,
 }
 
-/// The vertex and the fragment shader that write exits.
-pub(super) const EXITS: [&str; 2] = ["vertex_exits", "exits"];
+/// The vertex shader that places outlines.
+pub(super) const PLACE: &str = "place";
+/// The fragment shader that writes exits, and the compute shader of their outlines.
+pub(super) const EXITS: [&str; 2] = ["exits", "outlines_exits"];
 
 /// Whether a model asks for exits.
 macro_rules! asks_for_exits {
@@ -360,9 +366,11 @@ impl EntryPoints {
             Extent::Everything => all.next_back(),
         }
         .expect("each search has shaders for all of its objects");
+        let [outlines, vertex] = special.facets.shaders();
         EntryPoints {
             facets: special.facets,
-            vertex: special.facets.vertex(),
+            outlines,
+            vertex,
             color: if object.self_shadow == 0 {
                 special.color
             } else {

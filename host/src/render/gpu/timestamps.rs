@@ -1,4 +1,4 @@
-//! Times the render passes of a frame by the device's clock.
+//! Times the passes of a frame by the device's clock.
 
 use relievo_bitwise::Device;
 use std::time::Duration;
@@ -6,7 +6,7 @@ use std::time::Duration;
 /// Bytes of the two timestamps.
 const SIZE: u64 = 2 * size_of::<u64>() as u64;
 
-/// Timestamps of the beginning of the first and the end of the last render pass.
+/// Timestamps of the beginning of the first and the end of the last pass.
 pub struct Timestamps {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
@@ -45,17 +45,21 @@ impl Timestamps {
         }
     }
 
-    /// Returns the writes for the only render pass of a frame, or for its `first` or
-    /// its last one.
-    pub(super) fn writes(
-        &self,
-        is_first: bool,
-        is_last: bool,
-    ) -> wgpu::RenderPassTimestampWrites<'_> {
+    /// Returns the writes for the first compute pass of a frame.
+    pub(super) fn begin(&self) -> wgpu::ComputePassTimestampWrites<'_> {
+        wgpu::ComputePassTimestampWrites {
+            query_set: &self.queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: None,
+        }
+    }
+
+    /// Returns the writes for the last render pass of a frame.
+    pub(super) fn end(&self) -> wgpu::RenderPassTimestampWrites<'_> {
         wgpu::RenderPassTimestampWrites {
             query_set: &self.queries,
-            beginning_of_pass_write_index: is_first.then_some(0),
-            end_of_pass_write_index: is_last.then_some(1),
+            beginning_of_pass_write_index: None,
+            end_of_pass_write_index: Some(1),
         }
     }
 
