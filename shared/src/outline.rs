@@ -188,7 +188,8 @@ fn hit_pixels(frame: &Frame, triangle: &Triangle, rectangle: &Rectangle) -> HitP
     let column = if right >= left { left } else { -1.0 };
     let row = if bottom >= top { top } else { -1.0 };
     let mut hits = Hits {
-        low: Vec2::new(Real::MAX, Real::MAX),
+        // Beyond every picture.
+        low: Vec2::new(1e6, 1e6),
         high: Vec2::new(-1.0, -1.0),
     };
     hits.attempt(frame, triangle, column, row);

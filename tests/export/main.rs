@@ -169,7 +169,7 @@ fn the_layout_describes_the_files() {
         );
         let facets = file(&files, "facets.bin").len() / facet_bytes;
         assert_eq!(facets, object.triangles.len());
-        let vertices = 6 * facets as u32;
+        let vertices = 3 * facets as u32;
         assert_eq!(layout["draw"]["vertices"], vertices);
         let draw: [u32; 4] = bytemuck::pod_read_unaligned(file(&files, "draw.bin"));
         assert_eq!(draw, [vertices, 1, 0, 0]);

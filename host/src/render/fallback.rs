@@ -31,7 +31,7 @@ pub struct FallbackRenderer<'a> {
 
 enum Current<'a> {
     Gpu(Box<GpuRenderer>),
-    Cpu(CpuRenderer<'a>),
+    Cpu(Box<CpuRenderer<'a>>),
 }
 
 impl<'a> FallbackRenderer<'a> {
@@ -48,19 +48,19 @@ impl<'a> FallbackRenderer<'a> {
         draw: impl Fn(&mut dyn Renderer) -> Result<T, RenderError>,
     ) -> Result<T, RenderError> {
         let gpu = match &mut self.renderer {
-            Current::Cpu(cpu) => return draw(cpu),
+            Current::Cpu(cpu) => return draw(cpu.as_mut()),
             Current::Gpu(gpu) => gpu,
         };
         let error = match draw(gpu.as_mut()) {
             Ok(words) => return Ok(words),
             Err(error) => error,
         };
-        let mut cpu = CpuRenderer::new(self.scene);
+        let mut cpu = Box::new(CpuRenderer::new(self.scene));
         tracing::warn!(
             "the GPU failed, and the {} draws instead: {error}",
             cpu.name()
         );
-        let words = draw(&mut cpu);
+        let words = draw(cpu.as_mut());
         self.renderer = Current::Cpu(cpu);
         words
     }

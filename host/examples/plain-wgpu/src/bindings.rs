@@ -43,6 +43,10 @@ pub struct Frame {
     pub ambient: [f32; 3],
     /// Width and height of the picture, integers. In pixels.
     pub size: [f32; 2],
+    /// World units per object unit; not read by these shaders. In world units.
+    pub unit: f32,
+    /// Axes of object space; not read by these shaders.
+    pub axes: [[f32; 3]; 3],
 }
 
 /// Parameters of one object.
