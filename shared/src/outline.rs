@@ -123,7 +123,7 @@ pub struct Outline {
 }
 
 /// Margin of the outlines of triangles, pixels: more than devices round positions by, a
-/// sixteenth at most, and than rounding errors up to [`FURTHEST`].
+/// sixteenth at most, and than rounding errors in pictures of 32,768 pixels.
 pub const MARGIN: Real = 0.25;
 /// The outlines of prisms extend beyond it by this share of their size: rays may enter beside a
 /// prism's sides.
