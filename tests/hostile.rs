@@ -220,7 +220,7 @@ fn large_aovs_are_refused_before_anything_is_drawn() {
     let render = "render scene.toml --backend cpu --size 640x480 --max-memory 20M -o p.png";
     desk.fails_strictly(
         &format!("{render} --aov p.exr"),
-        "scene.toml | --aov would take 29491200 bytes | --max-memory",
+        "scene.toml | --aov would take 35635200 bytes | --max-memory",
     );
     desk.run_strictly(render).done();
 }
