@@ -40,16 +40,15 @@ impl Prepared {
         }
         let mut candidates = vec![Vec::new(); (SIZE[0] * SIZE[1]) as usize];
         for (i, object) in scene.objects.iter().enumerate() {
-            // A margin of one pixel: more than any variant moves the triangle.
+            let frame = object.frame(&scene.frame);
+            // Their margin is more than any variant moves the triangle.
             let rectangles: Vec<Rectangle> = if object.has_prisms() {
                 let prisms = object.prisms.iter();
-                let outline = |prism| prism_outline(&scene.frame, &object.parameters, prism);
+                let outline = |prism| prism_outline(&frame, &object.parameters, prism);
                 prisms.map(|prism| outline(prism).rectangle).collect()
             } else {
                 let triangles = object.triangles.iter();
-                triangles
-                    .map(|t| bounding_rectangle(&scene.frame, t))
-                    .collect()
+                triangles.map(|t| bounding_rectangle(&frame, t)).collect()
             };
             for (j, rectangle) in rectangles.into_iter().enumerate() {
                 let pixel = |x: f32, side: u32| (0.5 + 0.5 * f64::from(x)) * f64::from(side);
@@ -154,10 +153,14 @@ macro_rules! renderer {
             type Found = (Hit, Vec3, Normals);
 
             pub fn render(prepared: &Prepared) -> Picture {
-                let frame: Frame = bytemuck::cast(prepared.scene.frame);
+                // The frame in the space of each object.
+                let objects = prepared.scene.objects.iter();
+                let own = |object: &PreparedObject| *object.frame(&prepared.scene.frame);
+                let frames: Vec<Frame> =
+                    objects.map(|object| bytemuck::cast(own(object))).collect();
                 let pixel = |(i, candidates): (usize, &Vec<[usize; 2]>)| {
                     let (x, y) = (i as u32 % SIZE[0], i as u32 / SIZE[0]);
-                    draw(prepared, &frame, candidates, x, y)
+                    draw(prepared, &frames, candidates, x, y)
                 };
                 let candidates = prepared.candidates.iter();
                 Picture(candidates.enumerate().map(pixel).collect())
@@ -223,25 +226,25 @@ macro_rules! renderer {
             /// Draws a pixel like `relievo::render::CpuRenderer`.
             fn draw(
                 prepared: &Prepared,
-                frame: &Frame,
+                frames: &[Frame],
                 candidates: &[[usize; 2]],
                 x: u32,
                 y: u32,
             ) -> [[u32; 4]; 3] {
-                let direction = pixel_ray(frame, x, y);
-                let mut nearest: Option<Found> = None;
+                let mut nearest: Option<(usize, Found)> = None;
                 for &[i, j] in candidates {
-                    let best = nearest.as_ref().map_or(0.0, |(best, ..)| best.depth);
-                    let object = &prepared.scene.objects[i];
+                    let best = nearest.as_ref().map_or(0.0, |(_, (best, ..))| best.depth);
+                    let (object, frame) = (&prepared.scene.objects[i], &frames[i]);
+                    let direction = pixel_ray(frame, x, y);
                     if let Some(found) = find_on(object, frame, direction, j, best) {
-                        nearest = Some(found);
+                        nearest = Some((i, found));
                     }
                 }
-                let Some((hit, rgb, normals)) = nearest else {
+                let Some((object, (hit, rgb, normals))) = nearest else {
                     let [r, g, b] = prepared.scene.background.map(f32::to_bits);
                     return [[r, g, b, CLASS_MISS], [0; 4], [0; 4]];
                 };
-                let (place, surface) = trace::geometry_words(frame, &hit, normals.carved);
+                let (place, surface) = trace::geometry_words(&frames[object], &hit, normals.carved);
                 let color = trace::color_words(rgb, &hit);
                 [color, place, surface].map(|words| words.to_array())
             }
