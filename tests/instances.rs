@@ -160,8 +160,8 @@ fn a_hundred_thousand_copies_are_drawn() {
         count: [100, 10, 100],
         spacing: [0.7, 3.0, 0.7],
     });
-    let cylinder = SceneObject::new(asset("meshes/plane.obj"), asset("patterns/discs.png"));
-    let object = cylinder.depth(0.02).scale(0.3).instances(copies);
+    let square = SceneObject::new(asset("meshes/plane.obj"), asset("patterns/discs.png"));
+    let object = square.depth(0.02).scale(0.3).instances(copies);
     let scene = scene([object]);
     assert_eq!(scene.objects.len(), 100_000);
     let colors = CpuRenderer::new(&scene).color(&scene.frame).unwrap();

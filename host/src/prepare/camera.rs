@@ -85,7 +85,6 @@ pub fn unlit_frame(
 /// Returns `frame` with `factor` samples per pixel side.
 pub fn finer(frame: &Frame, factor: u32) -> Frame {
     let inverse = 1.0 / f64::from(factor);
-    let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
     let (right, down) = (wide(frame.ray_right), wide(frame.ray_down));
     // The first sample's centre is nearer to the pixel's corner.
     let first = wide(frame.ray_first) + (right + down) * (0.5 * inverse - 0.5);
@@ -107,6 +106,11 @@ pub(super) fn narrow(v: DVec3) -> [f32; 3] {
     let least = ROUNDING_ERROR * v.abs().max_element();
     v.to_array()
         .map(|x| if x.abs() < least { 0.0 } else { x as f32 })
+}
+
+/// Widens to f64.
+pub(super) fn wide(v: [f32; 3]) -> DVec3 {
+    DVec3::from(v.map(f64::from))
 }
 
 /// How far a smooth surface may bulge out of its mesh, as a share of the mesh's

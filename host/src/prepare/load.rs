@@ -179,7 +179,7 @@ impl<'a> LoadedScene<'a> {
                 ..placement
             });
             let prepared = match shared[source] {
-                Some(first) => objects[first].clone(),
+                Some(first) => objects[first].clone().in_order(index),
                 None => {
                     let object = self.sources[source].object.clone();
                     let origin = match placement {
@@ -202,7 +202,7 @@ impl<'a> LoadedScene<'a> {
                 transform,
                 ..prepared
             };
-            objects.push(prepared.in_order(index));
+            objects.push(prepared);
         }
         Ok(PreparedScene {
             frame: self.frame,
@@ -226,15 +226,16 @@ impl<'a> LoadedScene<'a> {
         object: &SceneObject,
     ) -> Result<PreparedObject, Error> {
         let is_it =
-            |place: &&Place| (place.number, place.instance) == (prepared.number, prepared.instance);
-        let place = self.places.iter().find(is_it);
+            |place: &Place| (place.number, place.instance) == (prepared.number, prepared.instance);
+        let mut places = self.places.iter();
+        let index = places.position(is_it).expect("it stands in a place");
         let object = SceneObject {
             // That of the instance.
-            depth: place.and_then(|place| self.sources[place.source].object.depth),
+            depth: self.sources[self.places[index].source].object.depth,
             ..object.clone()
         };
         let mesh = prepared.mesh.clone();
-        let made = self.object_at(prepared.number, &object, mesh, self.bounds.centre())?;
+        let made = self.object_at(index, &object, mesh, self.bounds.centre())?;
         Ok(PreparedObject {
             number: prepared.number,
             instance: prepared.instance,

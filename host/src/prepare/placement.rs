@@ -1,6 +1,6 @@
 //! Where an object that shares its facets with others stands.
 
-use super::camera::narrow;
+use super::camera::{narrow, wide};
 use crate::mesh::Bounds;
 use glam::{DQuat, DVec3};
 use relievo_shared::layout::Frame;
@@ -85,7 +85,6 @@ impl Placement {
 
     /// Returns `frame`, which is in world space, in object space.
     pub fn frame(&self, frame: &Frame) -> Frame {
-        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         let turned = |v: [f32; 3]| narrow(self.direction_to_object(wide(v)));
         Frame {
             eye: narrow(self.to_object(wide(frame.eye))),
@@ -126,7 +125,6 @@ mod tests {
         };
         let placement = placement();
         let own = placement.frame(&frame);
-        let wide = |v: [f32; 3]| DVec3::from(v.map(f64::from));
         assert!(placement.point(wide(own.eye)).distance(eye) < 1e-5);
         let back = placement.rotation * wide(own.ray_first);
         assert!(back.distance(wide(frame.ray_first)) < 1e-6);

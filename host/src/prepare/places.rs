@@ -59,11 +59,6 @@ pub(super) fn places<'a>(
     let mut known: Vec<Option<usize>> = vec![None; scene.objects.len()];
     for (number, object) in scene.objects.iter().enumerate() {
         let copies = copies(scene, object, account)?;
-        account.take(
-            format_args!("object {:?}: its instances", object.name),
-            copies.len() as u64,
-            PLACE,
-        )?;
         let own = Placement {
             scale: object.scale,
             rotation: rotation(object.rotate),
@@ -167,32 +162,42 @@ fn deeper(object: &SceneObject, factor: f64) -> Cow<'_, SceneObject> {
     })
 }
 
-/// Returns the copies of `object`; one without instances is its only copy.
+/// Returns the copies of `object`, and takes their memory; one without instances is its only
+/// copy.
 fn copies(
     scene: &Scene,
     object: &SceneObject,
-    account: &Account<'_>,
+    account: &mut Account<'_>,
 ) -> Result<Vec<Instance>, Error> {
-    let Some(instances) = &object.instances else {
-        return Ok(vec![Instance::default()]);
+    let left = account.left(1);
+    let mut take = |count: u64| {
+        let what = format_args!("object {:?}: its instances", object.name);
+        account.take(what, count, PLACE)
     };
-    if let Some(count) = instances.count() {
-        // Before they are listed.
-        account.clone().take(
-            format_args!("object {:?}: its instances", object.name),
-            count,
-            PLACE,
-        )?;
-    }
-    match instances {
-        Instances::File(path) => {
-            read(scene, path, account.left(1)).map_err(|problem| Error::Object {
+    match &object.instances {
+        None => {
+            take(1)?;
+            Ok(vec![Instance::default()])
+        }
+        Some(Instances::File(path)) => {
+            let read = read(scene, path, left);
+            let copies = read.map_err(|problem| Error::Object {
                 scene: scene.path.clone(),
                 name: object.name.clone(),
                 problem: format!("instances {}: {problem}", path.display()),
-            })
+            })?;
+            take(copies.len() as u64)?;
+            Ok(copies)
         }
-        _ => Ok(instances.listed().unwrap_or_default()),
+        Some(Instances::List(list)) => {
+            take(list.len() as u64)?;
+            Ok(list.clone())
+        }
+        Some(Instances::Grid(grid)) => {
+            // Before they are listed.
+            take(grid.size())?;
+            Ok(grid.instances().collect())
+        }
     }
 }
 

@@ -161,7 +161,7 @@ impl<'a> CpuRenderer<'a> {
         for (i, object) in self.scene.objects.iter().enumerate() {
             let frame = self.placed.frame(frame, i as u32);
             if object.placement.is_some() {
-                let bounds = self.placed.spaces[self.placed.space_of[i] as usize].bounds();
+                let bounds = self.placed.space(i as u32).bounds();
                 if !may_hold_eye(frame, &bounds, object.parameters.depth) {
                     continue;
                 }
@@ -302,26 +302,6 @@ impl<'a> CpuRenderer<'a> {
         });
     }
 
-    /// Calls `visit` with what the ray of `frame` along `direction` may meet of the objects
-    /// without a placement, near boxes first. `visit` returns the distance of the nearest hit so far: boxes that start more
-    /// than `early` behind it are left out.
-    fn visit(
-        &self,
-        frame: &Frame,
-        direction: Vec3,
-        early: f32,
-        mut visit: impl FnMut([u32; 2]) -> Option<f32>,
-    ) {
-        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
-        let slack = early + self.world.slack();
-        self.world
-            .bvh
-            .ray_traverse(ray, &mut RayHit::none(), |_, leaf| {
-                visit(self.world.leaves[leaf])
-                    .map_or(f32::INFINITY, |t| t * (1.0 + ROUNDING) + slack)
-            });
-    }
-
     /// Finds the exits of the rays of `tile`: their words, or zeros.
     fn exits(&self, frame: &Frame, tile: &Tile, stacks: &mut Stacks) -> [UVec4; PIXELS] {
         let mut nearest: [Option<([u32; 2], FacetHit, f32)>; PIXELS] = [None; PIXELS];
@@ -369,14 +349,18 @@ impl<'a> CpuRenderer<'a> {
 
     /// Finds the first front-facing triangle on the ray of `frame` along
     /// `direction`: index of its object, its own index, and the hit. Objects must
-    /// not have prisms.
+    /// have neither prisms nor placements.
     pub(crate) fn first_facet(
         &self,
         frame: &Frame,
         direction: Vec3,
     ) -> Option<([u32; 2], FacetHit)> {
         let mut nearest: Option<([u32; 2], FacetHit)> = None;
-        self.visit(frame, direction, 0.0, |order| {
+        let ray = obvhs::ray::Ray::new_inf(Vec3A::from(frame.eye), Vec3A::from(direction));
+        let Space { bvh, leaves, .. } = &self.world;
+        // Near boxes first; those behind the nearest hit are left out.
+        bvh.ray_traverse(ray, &mut RayHit::none(), |_, leaf| {
+            let order = leaves[leaf];
             let object = &self.scene.objects[order[0] as usize];
             let ray = object_ray(object, frame, direction);
             let facet = over_triangle::meet(&ray, &object.triangles[order[1] as usize]);
@@ -384,7 +368,9 @@ impl<'a> CpuRenderer<'a> {
             if facet.hit && facet.t > 0.0 && is_nearer {
                 nearest = Some((order, facet));
             }
-            nearest.as_ref().map(|(_, facet)| facet.t)
+            nearest.as_ref().map_or(f32::INFINITY, |(_, facet)| {
+                facet.t * (1.0 + ROUNDING) + self.world.rounding()
+            })
         });
         nearest
     }
@@ -413,25 +399,25 @@ impl<'a> CpuRenderer<'a> {
         &self,
         frame: &Frame,
         pixels: &mut [T],
-        shade: impl Fn(&mut T, Vec3, &Nearest<'a>) + Sync,
+        shade: impl Fn(&mut T, &Ray<'_>, &Nearest<'a>) + Sync,
     ) {
         let rows = pixels.par_chunks_mut(frame.size[0] as usize * SIDE);
         let rows = rows.enumerate();
         rows.for_each_init(TileHits::new, |hits, (row, pixels)| {
-            self.search_row(frame, row, hits, |i, direction, nearest| {
-                shade(&mut pixels[i], direction, nearest);
+            self.search_row(frame, row, hits, |i, ray, nearest| {
+                shade(&mut pixels[i], ray, nearest);
             });
         });
     }
 
     /// Calls `visit` for each hit in row `row` of the tiles: with the index of its pixel in
-    /// the row of tiles, and its direction in the space of its object.
+    /// the row of tiles, and its ray in the space of its object.
     fn search_row(
         &self,
         frame: &Frame,
         row: usize,
         hits: &mut TileHits<'a>,
-        mut visit: impl FnMut(usize, Vec3, &Nearest<'a>),
+        mut visit: impl FnMut(usize, &Ray<'_>, &Nearest<'a>),
     ) {
         let width = frame.size[0] as usize;
         for x in (0..width).step_by(SIDE) {
@@ -439,8 +425,11 @@ impl<'a> CpuRenderer<'a> {
             self.search(frame, &tile, hits);
             for (i, nearest) in hits.nearest.iter().enumerate() {
                 if let Some(nearest) = nearest {
-                    let direction = self.direction(frame, &tile, i, nearest.order[0]);
-                    visit(i / SIDE * width + x + i % SIDE, direction, nearest);
+                    let object = nearest.order[0];
+                    let direction = self.direction(frame, &tile, i, object);
+                    let frame = self.placed.frame(frame, object);
+                    let ray = object_ray(nearest.object, frame, direction);
+                    visit(i / SIDE * width + x + i % SIDE, &ray, nearest);
                 }
             }
         }
@@ -475,15 +464,9 @@ impl Renderer for CpuRenderer<'_> {
         let [width, height] = frame.size.map(|side| side as u32);
         let count = width as usize * height as usize;
         let mut words = allocate("the picture", count, background_words(self.scene))?;
-        self.for_each_pixel(frame, &mut words, |pixel, direction, nearest| {
-            let Nearest {
-                object,
-                found,
-                order,
-                ..
-            } = nearest;
-            let ray = object_ray(object, self.placed.frame(frame, order[0]), direction);
-            let rgb = found.color(&ray, object, order[1]);
+        self.for_each_pixel(frame, &mut words, |pixel, ray, nearest| {
+            let found = &nearest.found;
+            let rgb = found.color(ray, nearest.object, nearest.order[1]);
             *pixel = trace::color_words(rgb, found.hit()).to_array();
         });
         Ok(ColorWords {
@@ -498,17 +481,10 @@ impl Renderer for CpuRenderer<'_> {
         let [width, height] = frame.size.map(|side| side as u32);
         let count = width as usize * height as usize;
         let mut both = allocate("the picture's geometry", count, ([0; 4], [0; 4]))?;
-        self.for_each_pixel(frame, &mut both, |pixel, direction, nearest| {
-            let Nearest {
-                object,
-                found,
-                order,
-                ..
-            } = nearest;
-            let frame = self.placed.frame(frame, order[0]);
-            let ray = object_ray(object, frame, direction);
-            let normal = found.normal(&ray, object, order[1]);
-            let (place, surface) = trace::geometry_words(frame, found.hit(), normal);
+        self.for_each_pixel(frame, &mut both, |pixel, ray, nearest| {
+            let found = &nearest.found;
+            let normal = found.normal(ray, nearest.object, nearest.order[1]);
+            let (place, surface) = trace::geometry_words(ray.frame, found.hit(), normal);
             *pixel = (place.to_array(), surface.to_array());
         });
         let mut place = allocate("the picture's geometry", count, [0; 4])?;

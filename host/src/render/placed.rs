@@ -13,9 +13,9 @@ use relievo_shared::layout::Frame;
 
 /// The objects with a placement, in spaces of their own.
 pub(super) struct Placed<'a> {
-    pub spaces: Vec<Space<'a>>,
+    spaces: Vec<Space<'a>>,
     /// Index of the space of each object of the scene, placed or not; empty if none is.
-    pub space_of: Vec<u32>,
+    space_of: Vec<u32>,
     /// The frame in the space of each object of the scene; empty if none is placed.
     frames: Vec<Frame>,
     /// A hierarchy over the placed objects, in world space.

@@ -52,7 +52,12 @@ impl<'a> Space<'a> {
 
     /// Returns the distance by which a ray may meet a facet before its box.
     pub fn slack(&self) -> f32 {
-        self.early + ROUNDING * self.reach
+        self.early + self.rounding()
+    }
+
+    /// Returns a bound of the rounding errors of a box test.
+    pub fn rounding(&self) -> f32 {
+        ROUNDING * self.reach
     }
 
     /// Returns the box around all facets.

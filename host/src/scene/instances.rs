@@ -30,6 +30,14 @@ impl Default for Instance {
 }
 
 /// Copies side by side.
+///
+/// ```
+/// use relievo::scene::Grid;
+///
+/// let grid = Grid { count: [3, 1, 1], spacing: [2.0, 0.0, 0.0] };
+/// let places: Vec<_> = grid.instances().map(|copy| copy.translate[0]).collect();
+/// assert_eq!(places, [-2.0, 0.0, 2.0]);
+/// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Grid {
     /// Number along x, y and z.
@@ -39,14 +47,6 @@ pub struct Grid {
 }
 
 /// The copies of an object. They share its mesh, its map and its preparation.
-///
-/// ```
-/// use relievo::scene::{Grid, Instances};
-///
-/// let grid = Instances::Grid(Grid { count: [3, 1, 1], spacing: [2.0, 0.0, 0.0] });
-/// let places: Vec<_> = grid.listed().unwrap().iter().map(|copy| copy.translate[0]).collect();
-/// assert_eq!(places, [-2.0, 0.0, 2.0]);
-/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub enum Instances {
     /// One by one.
@@ -60,27 +60,6 @@ pub enum Instances {
 }
 
 impl Instances {
-    /// Returns the copies; `None` if a file has to be read.
-    pub fn listed(&self) -> Option<Vec<Instance>> {
-        match self {
-            Instances::List(list) => Some(list.clone()),
-            Instances::Grid(grid) => Some(grid.instances().collect()),
-            Instances::File(_) => None,
-        }
-    }
-
-    /// Returns the number of copies; `None` if a file has to be read.
-    pub(crate) fn count(&self) -> Option<u64> {
-        match self {
-            Instances::List(list) => Some(list.len() as u64),
-            Instances::Grid(grid) => {
-                let [x, y, z] = grid.count.map(u64::from);
-                Some(x.saturating_mul(y).saturating_mul(z))
-            }
-            Instances::File(_) => None,
-        }
-    }
-
     /// Checks the numbers.
     pub(super) fn check(&self) -> Result<(), String> {
         match self {
@@ -116,9 +95,9 @@ impl Instances {
 }
 
 /// Largest absolute value of a coordinate.
-const FAR: f64 = 1e9;
+pub(super) const FAR: f64 = 1e9;
 /// Smallest and largest scale.
-const SCALES: (f64, f64) = (1e-9, 1e9);
+pub(super) const SCALES: (f64, f64) = (1e-9, 1e9);
 
 impl Instance {
     /// Checks the numbers; a problem begins with the name of one.
@@ -148,6 +127,12 @@ pub(crate) fn rotation(degrees: [f64; 3]) -> DQuat {
 }
 
 impl Grid {
+    /// Returns the number of copies.
+    pub(crate) fn size(&self) -> u64 {
+        let [x, y, z] = self.count.map(u64::from);
+        x.saturating_mul(y).saturating_mul(z)
+    }
+
     /// Returns the copies, x first.
     pub fn instances(&self) -> impl Iterator<Item = Instance> {
         let Grid { count, spacing } = *self;

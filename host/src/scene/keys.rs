@@ -12,6 +12,7 @@
 //! assert_eq!(object.tolerance, 0.5);
 //! ```
 
+use super::instances::{FAR, SCALES};
 use super::value::{Field, number};
 use super::{Camera, Color, Instances, Scene, SceneObject, Search, Shape, Technique, Tier};
 use crate::mesh::{MeshSource, Projection};
@@ -27,8 +28,6 @@ pub const LARGEST_STEPS: u32 = 65_536;
 pub const BUDGETS: (f64, f64) = (0.01, 100.0);
 /// Range of tolerances, pixels.
 pub const TOLERANCES: (f64, f64) = (1e-4, 16.0);
-/// Largest absolute value of a coordinate.
-const FAR: f64 = 1e9;
 
 /// A key of scene files that sets a field of `T`.
 pub struct Key<T: 'static> {
@@ -282,7 +281,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .logarithmic_slider("Threshold", 1.0, 255.0),
     key!(SceneObject, "invert", invert: bool, "Makes the light pixels the pattern."),
     key!(SceneObject, "scale", scale: f64, "Uniform scale, before rotation.")
-        .range(1e-9, 1e9)
+        .range(SCALES.0, SCALES.1)
         .logarithmic_slider("Scale", 0.01, 100.0),
     key!(SceneObject, "rotate", rotate: [f64; 3], "Rotation about x, then y, then z.")
         .range(-FAR, FAR)

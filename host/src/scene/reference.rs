@@ -81,8 +81,8 @@ are `x`, `y`, `z` (translation), `rx`, `ry`, `rz` (rotation about x, then y, the
 degrees) and `scale`, in any order; those left out have their default.
 
 Objects of a scene that are equal but for `name`, `rotate` and `translate` share in the
-same way. An object that has `error_px` does not: a plan depends on where the object is, and
-all objects of its scene are prepared one by one.
+same way. In a scene with `error_px` nothing is shared: the plan of an object depends on where
+the object is.
 ";
 
 /// Appends the table of techniques, and the default values of their parameters.

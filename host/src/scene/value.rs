@@ -238,10 +238,7 @@ fn put<F: Field>(field: &mut F, value: &Value) -> bool {
 fn instance(value: &Value) -> Option<Instance> {
     let mut copy = Instance::default();
     each(value.as_table()?, |name, value| match name {
-        "scale" => number(value).is_some_and(|scale| {
-            copy.scale = scale;
-            true
-        }),
+        "scale" => put(&mut copy.scale, value),
         "rotate" => put(&mut copy.rotate, value),
         "translate" => put(&mut copy.translate, value),
         _ => false,

@@ -55,7 +55,8 @@ impl Memory {
         for shared in sharing(&scene.objects) {
             let object = &scene.objects[shared[0]];
             let has_everything = extent == Extent::Everything;
-            let facets = EntryPoints::of(&object.parameters, extent).facets;
+            let entry_points = EntryPoints::of(&object.parameters, extent);
+            let facets = entry_points.facets;
             let count = padded(object.triangles.len() as u64);
             let bytes = |facets: Facets| count * facets.bytes() as u64;
             match facets {
@@ -75,8 +76,7 @@ impl Memory {
                     bytes
                 };
             }
-            let has_exits = EntryPoints::of(&object.parameters, extent).asks_for_exits
-                && object.parameters.number != 0;
+            let has_exits = entry_points.writes_exits(&object.parameters);
             memory.parameters += (STRIDE * if has_exits { shared.len() } else { 1 }) as u64;
         }
         memory

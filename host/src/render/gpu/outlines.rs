@@ -2,6 +2,7 @@
 //! draws them. Where they do not fit one buffer, they are found and drawn in batches.
 
 use super::pipelines::Pipelines;
+use super::shared::STRIDE;
 use std::mem::size_of;
 use std::num::NonZero;
 use std::ops::Range;
@@ -11,9 +12,6 @@ const OUTLINE: u64 = size_of::<[f32; 6]>() as u64;
 
 /// Bytes that a scene's outlines take at most, unless one object needs more.
 const MOST: u64 = 64 << 20;
-
-/// Alignment of an object's outlines: every device takes this offset.
-const ALIGNMENT: u64 = 256;
 
 /// The buffer of outlines, and what is drawn by it.
 pub(super) struct Outlines {
@@ -51,13 +49,13 @@ pub(super) fn workgroups(facets: u64) -> [u32; 2] {
 
 /// Returns the bytes of the outlines of this many facets.
 fn bytes(facets: u64) -> u64 {
-    (padded(facets) * OUTLINE).next_multiple_of(ALIGNMENT)
+    (padded(facets) * OUTLINE).next_multiple_of(STRIDE as u64)
 }
 
 /// Returns the bytes of the buffer for objects of so many `facets` each: those of a batch,
 /// and those that are bound, which are as many as the largest object needs.
 pub(super) fn buffer_bytes(facets: impl Iterator<Item = u64>) -> [u64; 2] {
-    let (mut all, mut largest) = (0, ALIGNMENT);
+    let (mut all, mut largest) = (0, STRIDE as u64);
     for facets in facets {
         all += bytes(facets);
         largest = largest.max(bytes(facets));

@@ -124,7 +124,7 @@ impl GpuScene {
                 }
             };
             let entry_points = EntryPoints::of(&object.parameters, extent);
-            let has_exits = entry_points.asks_for_exits && object.parameters.number != 0;
+            let has_exits = entry_points.writes_exits(&object.parameters);
             // Those that share facets differ by the number of their exits only.
             let own_parameters = if has_exits { shared.len() } else { 1 };
             let mut parameters = vec![0; own_parameters * STRIDE];

@@ -380,6 +380,11 @@ impl EntryPoints {
             asks_for_exits: special.asks_for_exits,
         }
     }
+
+    /// Returns whether the exits of `object`, which they draw, are written.
+    pub(super) fn writes_exits(&self, object: &Object) -> bool {
+        self.asks_for_exits && object.number != 0
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,8 @@ use crate::prepare::PreparedObject;
 use relievo_shared::layout::{Frame, Object};
 use std::mem::size_of;
 
-/// Bytes from one frame or object in a buffer to the next: every device takes this offset.
+/// Bytes from one frame or object in a buffer to the next, and alignment of an object's outlines:
+/// every device takes this offset.
 pub(super) const STRIDE: usize = 256;
 const _: () = assert!(size_of::<Frame>() <= STRIDE && size_of::<Object>() <= STRIDE);
 
