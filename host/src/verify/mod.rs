@@ -5,6 +5,7 @@
 //! agreement  two renderings of a frame
 //! matrix     a scene in every tier with every technique
 //! report     results per device
+//! tested     comparisons on one adapter
 //! ```
 //!
 //! ```
@@ -24,6 +25,8 @@ pub mod agreement;
 pub mod kernels;
 pub mod matrix;
 pub mod report;
+pub mod tested;
 
 pub use agreement::{Agreement, compare};
 pub use report::{AdapterReport, ModuleReport, PictureReport, Report};
+pub use tested::Tested;

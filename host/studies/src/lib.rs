@@ -3,11 +3,15 @@
 //! ```text
 //! bench      frame times, and the paper's Table 1
 //! bounds     errors of each f32 function against the same source in f64
+//! geometry   the carving as plain triangles, beside the extrusions
 //! gallery    the paper's figures as a page
+//! lines      charts of lines on logarithmic axes
 //! tradeoff   cost and error of every variant of a scene, as a chart and a page
 //! ```
 
 pub mod bench;
 pub mod bounds;
 pub mod gallery;
+pub mod geometry;
+pub mod lines;
 pub mod tradeoff;

@@ -65,7 +65,7 @@ enum Command {
     Export(export::ExportArguments),
     #[cfg(feature = "studies")]
     #[command(flatten)]
-    Study(studies::Study),
+    Study(studies::Command),
     /// Measure the error of each function of the mathematics (needs the feature `studies`)
     #[cfg(not(feature = "studies"))]
     Bounds(absent::Absent),

@@ -8,13 +8,11 @@ use super::session::load;
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use relievo::Error;
-use relievo::prepare::PreparedScene;
-use relievo::render::gpu::{Adapter, Choice, Shaders, adapters, choose, signature};
-use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::render::gpu::{Shaders, adapters, choose};
 use relievo::verify::kernels::{KERNELS, record};
 use relievo::verify::matrix::for_each_variant;
-use relievo::verify::{AdapterReport, ModuleReport, Report, compare};
-use relievo_bitwise::{Plan, Recorded, Runner, Signature, compare_kernel};
+use relievo::verify::{Report, Tested};
+use relievo_bitwise::{Plan, Recorded};
 use std::path::PathBuf;
 
 /// Compiled shaders.
@@ -70,13 +68,6 @@ pub struct VerifyArguments {
 /// Seed of the kernels' inputs.
 const SEED: u64 = 1;
 
-/// An adapter, the shaders to compare, and the results.
-struct Tested {
-    adapter: Adapter,
-    shaders: Vec<Shaders>,
-    report: AdapterReport,
-}
-
 pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
     if arguments.scenes.is_empty() && arguments.inputs == 0 {
         bail!("nothing to compare; name a scene, or ask for functions with --inputs N");
@@ -98,14 +89,30 @@ pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
         let name = path.display().to_string();
         if arguments.matrix {
             for_each_variant(&mut loaded.prepared, |scene, variant| {
-                compare_pictures(scene, &format!("{name} ({variant})"), &mut tested, &bar)
-            })?;
+                let name = format!("{name} ({variant})");
+                Tested::pictures(&mut tested, scene, &name, &|what| bar.show(what, 0.0))
+            })
+            .map_err(Error::from)?;
         } else {
-            compare_pictures(&loaded.prepared, &name, &mut tested, &bar)?;
+            Tested::pictures(&mut tested, &loaded.prepared, &name, &|what| {
+                bar.show(what, 0.0);
+            })
+            .map_err(Error::from)?;
         }
     }
     if arguments.inputs > 0 {
-        compare_kernels(arguments, &recorded, &mut tested, &bar)?;
+        let plan = Plan {
+            inputs: arguments.inputs,
+            seed: SEED,
+            recorded: &recorded,
+        };
+        for tested in &mut tested {
+            tested
+                .functions(&arguments.functions, &plan, &|what, done| {
+                    bar.show(what, done)
+                })
+                .map_err(Error::from)?;
+        }
     }
     drop(bar);
 
@@ -139,121 +146,22 @@ fn tested(arguments: &VerifyArguments) -> anyhow::Result<Vec<Tested>> {
     } else {
         vec![choose(arguments.adapter.as_deref()).map_err(Error::from)?]
     };
-    let mut tested = Vec::new();
-    for adapter in wanted {
-        let signature = if adapter.takes_spirv() {
-            let device = adapter.open().map_err(Error::from)?;
-            Some(signature(&device).map_err(Error::from)?)
-        } else {
-            None
-        };
-        let shaders = shaders(arguments.shaders, &adapter, signature.as_ref())?;
-        let mut report = AdapterReport::new(&adapter, signature.as_ref());
-        report.modules = shaders.iter().copied().map(ModuleReport::new).collect();
-        tested.push(Tested {
-            adapter,
-            shaders,
-            report,
-        });
-    }
-    Ok(tested)
-}
-
-/// Compares the pictures of `scene` on every adapter with every module.
-fn compare_pictures(
-    scene: &PreparedScene,
-    name: &str,
-    tested: &mut [Tested],
-    bar: &Bar,
-) -> anyhow::Result<()> {
-    let frame = &scene.frame;
-    let mut cpu = CpuRenderer::new(scene);
-    let cpu_color = cpu.color(frame).map_err(Error::from)?;
-    let cpu_geometry = cpu.geometry(frame).map_err(Error::from)?;
-    for Tested {
-        adapter,
-        shaders,
-        report,
-    } in tested
-    {
-        for (&shaders, module) in shaders.iter().zip(&mut report.modules) {
-            bar.show(format!("{name}, {}", shaders.describe()), 0.0);
-            let mut gpu =
-                GpuRenderer::new(scene, adapter, Choice::These(shaders)).map_err(Error::from)?;
-            let color = gpu.color(frame).map_err(Error::from)?;
-            let geometry = gpu.geometry(frame).map_err(Error::from)?;
-            let agreement = compare([&color, &cpu_color], [&geometry, &cpu_geometry]);
-            module.add_picture(name.to_string(), &agreement);
-        }
-    }
-    Ok(())
-}
-
-/// Compares each requested function on every adapter with every module.
-fn compare_kernels(
-    arguments: &VerifyArguments,
-    recorded: &Recorded,
-    tested: &mut [Tested],
-    bar: &Bar,
-) -> anyhow::Result<()> {
-    let inputs = arguments.inputs;
-    let plan = Plan {
-        inputs,
-        seed: SEED,
-        recorded,
-    };
-    for Tested {
-        adapter,
-        shaders,
-        report,
-    } in tested
-    {
-        let device = adapter.open().map_err(Error::from)?;
-        for (&shaders, module) in shaders.iter().zip(&mut report.modules) {
-            let kernels = shaders.kernels().map_err(Error::from)?;
-            let mut runner = Runner::new(&device, &kernels).map_err(Error::from)?;
-            for kernel in KERNELS {
-                if !kernel.name.contains(&arguments.functions) {
-                    continue;
-                }
-                let progress = |done: u64| {
-                    bar.show(
-                        format!("{}, {}", kernel.name, shaders.describe()),
-                        done as f64 / inputs as f64,
-                    );
-                };
-                let tally =
-                    compare_kernel(&mut runner, kernel, &plan, &progress).map_err(Error::from)?;
-                module.add_kernel(kernel.name, &tally);
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Returns the shaders to compare: the requested ones, or all that the adapter supports.
-fn shaders(
-    choice: ShaderChoice,
-    adapter: &Adapter,
-    signature: Option<&Signature>,
-) -> anyhow::Result<Vec<Shaders>> {
-    let wanted = match choice {
+    let shaders = match arguments.shaders {
         ShaderChoice::All => Shaders::ALL.to_vec(),
         ShaderChoice::Exact => vec![Shaders::Exact, Shaders::Fused],
         ShaderChoice::Fast => vec![Shaders::Fast],
         ShaderChoice::Portable => vec![Shaders::Portable],
     };
-    let fuses = signature.is_some_and(|signature| Shaders::Fused.suit(signature));
-    let possible: Vec<Shaders> = wanted
-        .into_iter()
-        .filter(|shaders| adapter.takes_spirv() || !shaders.is_untouched())
-        .filter(|&shaders| shaders != Shaders::Fused || fuses)
-        .collect();
-    if possible.is_empty() {
-        bail!(
-            "{} does not take SPIR-V untouched, which these shaders need; use --shaders portable",
-            adapter.describe()
-        );
+    let mut all = Vec::new();
+    for adapter in wanted {
+        let tested = Tested::new(adapter, &shaders).map_err(Error::from)?;
+        if tested.shaders.is_empty() {
+            bail!(
+                "{} does not take SPIR-V untouched, which these shaders need; use --shaders portable",
+                tested.adapter.describe()
+            );
+        }
+        all.push(tested);
     }
-    Ok(possible)
+    Ok(all)
 }

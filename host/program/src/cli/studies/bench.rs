@@ -1,6 +1,6 @@
 //! `relievo bench`.
 
-use super::{Measured, measured_adapter};
+use super::{Measured, Study, measured_adapter};
 use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
@@ -9,12 +9,11 @@ use crate::cli::session::{load, load_with};
 use anyhow::bail;
 use clap::Args;
 use relievo::Error;
-use relievo::file::write_bytes;
 use relievo::prepare::PreparedScene;
 use relievo::render::gpu::{Adapter, Choice, Extent, Shaders, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Tier;
-use relievo_studies::bench::{Backend, Summary, Table1, measure};
+use relievo_studies::bench::{Backend, Summary, measure, scaling as measure_scaling};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -51,6 +50,28 @@ pub struct BenchTable1Arguments {
     #[arg(long, value_name = "NAME")]
     adapter: Option<String>,
     /// Size of the pictures
+    #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
+    size: [u32; 2],
+    /// Folder with this project's meshes and patterns
+    #[arg(long, value_name = "DIR", default_value = "assets")]
+    assets: PathBuf,
+}
+
+#[derive(Args)]
+pub struct BenchScalingArguments {
+    /// Write scaling.csv, scaling.svg and scaling.md into this folder
+    #[arg(short, long, value_name = "DIR")]
+    output: Option<PathBuf>,
+    /// Timed frames for each scene and tier, after one to warm up
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..100_000))]
+    frames: u32,
+    /// Devices to measure
+    #[arg(long, value_enum, default_value_t = Measured::Both)]
+    backend: Measured,
+    /// Take the adapter with this in its name (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+    /// Size of the large pictures; the small ones have a tenth of it
     #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
     size: [u32; 2],
     /// Folder with this project's meshes and patterns
@@ -260,41 +281,52 @@ pub fn table1(arguments: &BenchTable1Arguments) -> anyhow::Result<()> {
             &|message, fraction| bar.show(message, fraction),
         )
     };
-    let table = table.map_err(|error| match error {
+    let table = table.map_err(|error| about_assets(error, &arguments.assets))?;
+    Study {
+        name: "table1",
+        title: "Table 1 of the paper, measured",
+        picture: "The times as bars",
+        text: table.to_string(),
+        csv: table.to_csv(),
+        svg: &|| table.to_svg(),
+    }
+    .write(arguments.output.as_deref())
+}
+
+/// `relievo bench scaling`.
+pub fn scaling(arguments: &BenchScalingArguments) -> anyhow::Result<()> {
+    let found = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
+    let measured = {
+        let bar = Bar::new();
+        measure_scaling(
+            found.as_ref(),
+            arguments.size,
+            arguments.frames,
+            &arguments.assets,
+            &|message, fraction| bar.show(message, fraction),
+        )
+    };
+    let measured = measured.map_err(|error| about_assets(error, &arguments.assets))?;
+    Study {
+        name: "scaling",
+        title: "Times over triangles and copies",
+        picture: "The times as lines",
+        text: measured.to_string(),
+        csv: measured.to_csv(),
+        svg: &|| measured.to_svg(),
+    }
+    .write(arguments.output.as_deref())
+}
+
+/// Adds to an error of reading where the project's files are expected.
+fn about_assets(error: Error, assets: &Path) -> anyhow::Error {
+    match error {
         Error::Mesh(_) | Error::ShapeMap(_) => {
-            let assets = arguments.assets.display();
+            let assets = assets.display();
             anyhow::Error::from(error).context(format!(
                 "{assets} does not hold this project's meshes and patterns; name the folder that does with --assets"
             ))
         }
         error => error.into(),
-    })?;
-    // Print first, so that a full disk does not lose the measurement.
-    say(format_args!("{}", table.to_string().trim_end()))?;
-    match &arguments.output {
-        Some(folder) => write_files(&table, folder),
-        None => Ok(()),
     }
-}
-
-fn write_files(table: &Table1, folder: &Path) -> anyhow::Result<()> {
-    let plot = folder.join("table1.svg");
-    let svg = table.to_svg().map_err(|message| Error::Encode {
-        path: plot.clone(),
-        message,
-    })?;
-    let text = format!(
-        "# Table 1 of the paper, measured\n\n\
-         Made by `relievo bench table1`; all results are also in \
-         [table1.csv](table1.csv).\n\n![The times as bars](table1.svg)\n\n{table}"
-    );
-    for (path, content) in [
-        (folder.join("table1.csv"), table.to_csv()),
-        (plot, svg),
-        (folder.join("table1.md"), text),
-    ] {
-        write_bytes(&path, content.as_bytes()).map_err(relievo::Error::from)?;
-        say(format_args!("{}", path.display()))?;
-    }
-    Ok(())
 }

@@ -5,17 +5,20 @@ mod bench;
 mod bounds;
 mod budget;
 mod gallery;
+mod geometry;
 mod tradeoff;
 
-use super::refuse_adapter;
+use super::{refuse_adapter, say};
 use bench::Comparison;
 use clap::{Subcommand, ValueEnum};
 use relievo::Error;
+use relievo::file::write_bytes;
 use relievo::render::gpu::{Adapter, choose};
+use std::path::Path;
 
 /// A command that needs the feature `studies`.
 #[derive(Subcommand)]
-pub enum Study {
+pub enum Command {
     /// Measure the error of each function of the mathematics in f32, as tables
     Bounds(bounds::BoundsArguments),
     /// Measure frame times
@@ -40,23 +43,75 @@ pub enum BenchCommand {
     Budget(budget::BenchBudgetArguments),
     /// Measure the paper's Table 1: extrusion against relief mapping, planar and curved
     Table1(bench::BenchTable1Arguments),
+    /// Time frames over the number of triangles, 2,000 to 2 million, and of copies, 1 to 100,000
+    Scaling(bench::BenchScalingArguments),
+    /// Measure the carving as plain triangles beside the extrusions: time, memory, preparation
+    Geometry(geometry::BenchGeometryArguments),
 }
 
 /// Runs the command.
-pub fn run(study: Study) -> anyhow::Result<()> {
-    match study {
-        Study::Bounds(arguments) => bounds::run(&arguments),
-        Study::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
-        Study::Bench(BenchCommand::Exactness(arguments)) => {
+pub fn run(command: Command) -> anyhow::Result<()> {
+    match command {
+        Command::Bounds(arguments) => bounds::run(&arguments),
+        Command::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
+        Command::Bench(BenchCommand::Exactness(arguments)) => {
             bench::compare(&arguments, Comparison::Exactness)
         }
-        Study::Bench(BenchCommand::Specialization(arguments)) => {
+        Command::Bench(BenchCommand::Specialization(arguments)) => {
             bench::compare(&arguments, Comparison::Specialization)
         }
-        Study::Bench(BenchCommand::Budget(arguments)) => budget::run(&arguments),
-        Study::Bench(BenchCommand::Table1(arguments)) => bench::table1(&arguments),
-        Study::Tradeoff(arguments) => tradeoff::run(&arguments),
-        Study::Gallery(arguments) => gallery::run(&arguments),
+        Command::Bench(BenchCommand::Budget(arguments)) => budget::run(&arguments),
+        Command::Bench(BenchCommand::Table1(arguments)) => bench::table1(&arguments),
+        Command::Bench(BenchCommand::Scaling(arguments)) => bench::scaling(&arguments),
+        Command::Bench(BenchCommand::Geometry(arguments)) => geometry::run(&arguments),
+        Command::Tradeoff(arguments) => tradeoff::run(&arguments),
+        Command::Gallery(arguments) => gallery::run(&arguments),
+    }
+}
+
+/// Results of a benchmark.
+struct Study<'a> {
+    /// Name of its files.
+    name: &'static str,
+    title: &'static str,
+    /// What its chart shows.
+    picture: &'static str,
+    /// Markdown.
+    text: String,
+    csv: String,
+    svg: &'a dyn Fn() -> Result<String, String>,
+}
+
+impl Study<'_> {
+    /// Prints the text, and writes all into `folder` if there is one.
+    fn write(&self, folder: Option<&Path>) -> anyhow::Result<()> {
+        // Print first, so that a full disk does not lose the measurement.
+        say(format_args!("{}", self.text.trim_end()))?;
+        let Some(folder) = folder else {
+            return Ok(());
+        };
+        let Study {
+            name,
+            title,
+            picture,
+            text,
+            ..
+        } = self;
+        let file = |ending: &str| folder.join(format!("{name}.{ending}"));
+        let svg = (self.svg)().map_err(|message| Error::Encode {
+            path: file("svg"),
+            message,
+        })?;
+        let page = format!(
+            "# {title}\n\nMade by `relievo bench {name}`; all results are also in \
+             [{name}.csv]({name}.csv).\n\n![{picture}]({name}.svg)\n\n{text}"
+        );
+        for (ending, content) in [("csv", &self.csv), ("svg", &svg), ("md", &page)] {
+            let path = file(ending);
+            write_bytes(&path, content.as_bytes()).map_err(Error::from)?;
+            say(format_args!("{}", path.display()))?;
+        }
+        Ok(())
     }
 }
 
