@@ -68,6 +68,20 @@ impl Driver {
     /// [`Error::Loader`] or [`Error::NoDevice`] where Vulkan or a driver is not installed,
     /// [`Error::Vulkan`] if the driver has no executable properties.
     pub fn open() -> Result<Driver, Error> {
+        Driver::open_where(|_| true)
+    }
+
+    /// Opens the device with these numbers of vendor and device.
+    ///
+    /// # Errors
+    /// As [`Driver::open`].
+    pub fn open_device(vendor: u32, device: u32) -> Result<Driver, Error> {
+        Driver::open_where(|found| (found.vendor_id, found.device_id) == (vendor, device))
+    }
+
+    fn open_where(
+        is_wanted: impl Fn(&vk::PhysicalDeviceProperties) -> bool,
+    ) -> Result<Driver, Error> {
         // SAFETY: the library of this name is Vulkan's loader.
         let entry = unsafe { ash::Entry::load() }?;
         let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
@@ -81,7 +95,11 @@ impl Driver {
         // SAFETY: the instance is alive.
         let devices = unsafe { instance.raw.enumerate_physical_devices() }
             .map_err(failed("vkEnumeratePhysicalDevices"))?;
-        let &physical = devices.first().ok_or(Error::NoDevice)?;
+        let wanted = |physical: &vk::PhysicalDevice| {
+            // SAFETY: the device is of this instance.
+            is_wanted(&unsafe { instance.raw.get_physical_device_properties(*physical) })
+        };
+        let physical = devices.into_iter().find(wanted).ok_or(Error::NoDevice)?;
         let name = name(&instance.raw, physical);
         let device = device(&instance.raw, physical)?;
         Ok(Driver {

@@ -6,6 +6,7 @@
 //! geometry   the carving as plain triangles, beside the extrusions
 //! gallery    the paper's figures as a page
 //! lines      charts of lines on logarithmic axes
+//! report     what a device does with the shaders: words, times, registers
 //! tradeoff   cost and error of every variant of a scene, as a chart and a page
 //! ```
 
@@ -14,4 +15,5 @@ pub mod bounds;
 pub mod gallery;
 pub mod geometry;
 pub mod lines;
+pub mod report;
 pub mod tradeoff;

@@ -75,6 +75,9 @@ enum Command {
     /// Measure cost and error of many variants of a scene (needs the feature `studies`)
     #[cfg(not(feature = "studies"))]
     Tradeoff(absent::Absent),
+    /// Report on a GPU (needs the feature `studies`)
+    #[cfg(not(feature = "studies"))]
+    Report(absent::Absent),
     /// Draw the paper's figures (needs the feature `studies`)
     #[cfg(not(feature = "studies"))]
     Gallery(absent::Absent),
@@ -124,6 +127,8 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::Bench(absent) => absent.refuse("bench", "studies"),
         #[cfg(not(feature = "studies"))]
         Command::Tradeoff(absent) => absent.refuse("tradeoff", "studies"),
+        #[cfg(not(feature = "studies"))]
+        Command::Report(absent) => absent.refuse("report", "studies"),
         #[cfg(not(feature = "studies"))]
         Command::Gallery(absent) => absent.refuse("gallery", "studies"),
         Command::Export(arguments) => export::run(&arguments),

@@ -319,12 +319,12 @@ pub fn scaling(arguments: &BenchScalingArguments) -> anyhow::Result<()> {
 }
 
 /// Adds to an error of reading where the project's files are expected.
-fn about_assets(error: Error, assets: &Path) -> anyhow::Error {
+pub fn about_assets(error: Error, assets: &Path) -> anyhow::Error {
     match error {
-        Error::Mesh(_) | Error::ShapeMap(_) => {
+        Error::Mesh(_) | Error::ShapeMap(_) | Error::Scene(_) => {
             let assets = assets.display();
             anyhow::Error::from(error).context(format!(
-                "{assets} does not hold this project's meshes and patterns; name the folder that does with --assets"
+                "{assets} does not hold this project's meshes, patterns and scenes; name the folder that does with --assets"
             ))
         }
         error => error.into(),

@@ -6,6 +6,7 @@ mod bounds;
 mod budget;
 mod gallery;
 mod geometry;
+mod report;
 mod tradeoff;
 
 use super::{refuse_adapter, say};
@@ -26,6 +27,8 @@ pub enum Command {
     Bench(BenchCommand),
     /// Measure cost and error of many variants of a scene
     Tradeoff(tradeoff::TradeoffArguments),
+    /// Report on a GPU: canaries, words, times, registers; a page to send, with nothing private
+    Report(report::ReportArguments),
     /// Draw the paper's figures, with the paper's algorithms beside ours, as a page
     Gallery(gallery::GalleryArguments),
 }
@@ -65,6 +68,7 @@ pub fn run(command: Command) -> anyhow::Result<()> {
         Command::Bench(BenchCommand::Scaling(arguments)) => bench::scaling(&arguments),
         Command::Bench(BenchCommand::Geometry(arguments)) => geometry::run(&arguments),
         Command::Tradeoff(arguments) => tradeoff::run(&arguments),
+        Command::Report(arguments) => report::run(&arguments),
         Command::Gallery(arguments) => gallery::run(&arguments),
     }
 }
