@@ -29,7 +29,7 @@
 use super::error::{RenderError, allocate};
 use super::found::Found;
 use super::placed::Placed;
-use super::space::{ROUNDING, Space, may_hold_eye};
+use super::space::{ROUNDING, Space};
 use super::tile::{PIXELS, SIDE, Tile, for_each, visit_tile};
 use super::words::{ColorWords, GeometryWords};
 use super::{Renderer, background_words};
@@ -158,29 +158,36 @@ impl<'a> CpuRenderer<'a> {
             .reach_for(Vec3::from(frame.eye).abs().max_element());
         self.placed.reach_for(self.scene, frame);
         self.around_eye.clear();
-        for (i, object) in self.scene.objects.iter().enumerate() {
-            let frame = self.placed.frame(frame, i as u32);
-            if object.placement.is_some() {
-                let bounds = self.placed.space(i as u32).bounds();
-                if !may_hold_eye(frame, &bounds, object.parameters.depth) {
-                    continue;
-                }
-            }
-            let order = |(j, is_near): (usize, bool)| is_near.then_some([i as u32, j as u32]);
-            if object.has_prisms() {
-                let eye = Vec3::from(frame.eye);
-                let prisms = object.prisms.par_iter();
-                let near = prisms.map(|prism| is_near(prism, eye - Vec3::from(prism.anchor)));
-                let near = near.enumerate().filter_map(order);
-                self.around_eye.par_extend(near);
-            } else {
-                let triangles = object.triangles.par_iter();
-                let near =
-                    triangles.map(|triangle| may_surround_eye(frame, &object.parameters, triangle));
-                let near = near.enumerate().filter_map(order);
-                self.around_eye.par_extend(near);
-            }
+        let depths = self.scene.objects.iter();
+        let depths = depths.map(|object| object.parameters.depth);
+        let depth = depths.fold(0.0, f32::max);
+        let mut near = std::mem::take(&mut self.around_eye);
+        self.world.around_eye(frame, depth, |order| {
+            near.extend(self.may_surround_eye(frame, order));
+        });
+        for &object in &self.placed.objects {
+            let frame = self.placed.frame(frame, object);
+            let depth = self.scene.objects[object as usize].parameters.depth;
+            let space = self.placed.space(object);
+            space.around_eye(frame, depth, |[_, facet]| {
+                near.extend(self.may_surround_eye(frame, [object, facet]));
+            });
         }
+        near.sort_unstable();
+        self.around_eye = near;
+    }
+
+    /// Returns `order`, object and facet, if its shell may contain the eye of `frame`.
+    fn may_surround_eye(&self, frame: &Frame, order: [u32; 2]) -> Option<[u32; 2]> {
+        let [object, facet] = order;
+        let object = &self.scene.objects[object as usize];
+        let may = if object.has_prisms() {
+            let prism = &object.prisms[facet as usize];
+            is_near(prism, Vec3::from(frame.eye) - Vec3::from(prism.anchor))
+        } else {
+            may_surround_eye(frame, &object.parameters, &object.triangles[facet as usize])
+        };
+        may.then_some(order)
     }
 
     /// Finds the nearest hits on the rays of `tile`.

@@ -22,6 +22,8 @@ pub(super) struct Space<'a> {
     /// Maximum distance by which a ray may meet what a box holds before the box,
     /// object units; infinite if it is not known.
     early: f32,
+    /// The largest radius of a ball around a prism, object units.
+    radius: f32,
 }
 
 impl<'a> Space<'a> {
@@ -29,13 +31,14 @@ impl<'a> Space<'a> {
     /// within `reach`.
     pub fn new(objects: Vec<(u32, &'a PreparedObject)>, reach: f32) -> Space<'a> {
         let (bvh, leaves) = build(&objects, reach);
-        let early = earliest_entry(&objects);
+        let (early, radius) = (earliest_entry(&objects), largest_radius(&objects));
         Space {
             objects,
             bvh,
             leaves,
             reach,
             early,
+            radius,
         }
     }
 
@@ -58,6 +61,29 @@ impl<'a> Space<'a> {
     /// Returns a bound of the rounding errors of a box test.
     pub fn rounding(&self) -> f32 {
         ROUNDING * self.reach
+    }
+
+    /// Calls `visit` with all facets whose shell may contain the eye of `frame`, and with
+    /// some others. The shells are at most `depth` deep.
+    pub fn around_eye(&self, frame: &Frame, depth: f32, mut visit: impl FnMut([u32; 2])) {
+        let mut pending = Vec::from_iter((!self.bvh.nodes.is_empty()).then_some(0));
+        while let Some(index) = pending.pop() {
+            let node = &self.bvh.nodes[index as usize];
+            // A ball around a prism contains its box.
+            let bounds = node.aabb();
+            let is_near =
+                may_hold_eye(frame, bounds, depth) || is_within(frame, bounds, 2.0 * self.radius);
+            if !is_near {
+                continue;
+            }
+            let first = node.first_index;
+            if node.is_leaf() {
+                let leaves = first as usize..(first + node.prim_count) as usize;
+                self.leaves[leaves].iter().copied().for_each(&mut visit);
+            } else {
+                pending.extend([first, first + 1]);
+            }
+        }
     }
 
     /// Returns the box around all facets.
@@ -126,7 +152,12 @@ pub(super) fn may_be_seen(frame: &Frame, bounds: &Aabb) -> bool {
 pub(super) fn may_hold_eye(frame: &Frame, bounds: &Aabb, depth: f32) -> bool {
     // A shell is at most so far from its box as the box is large: prisms overhang, and
     // triangles bulge.
-    let margin = 2.0 * (Vec3::from(bounds.diagonal()).length() + 2.0 * depth + frame.near);
+    let diagonal = Vec3::from(bounds.diagonal()).length();
+    is_within(frame, bounds, 2.0 * (diagonal + 2.0 * depth + frame.near))
+}
+
+/// Returns whether the eye of `frame` is within `margin` around `bounds`.
+fn is_within(frame: &Frame, bounds: &Aabb, margin: f32) -> bool {
     let eye = Vec3A::from(frame.eye);
     (eye.cmpge(bounds.min - margin) & eye.cmple(bounds.max + margin)).all()
 }
@@ -145,6 +176,13 @@ fn earliest_entry(objects: &[(u32, &PreparedObject)]) -> f32 {
         radii.fold(0.0, f32::max)
     });
     entries.fold(0.0, f32::max)
+}
+
+/// Returns the largest radius of a ball around a prism of `objects`, object units.
+fn largest_radius(objects: &[(u32, &PreparedObject)]) -> f32 {
+    let with_prisms = objects.iter().filter(|(_, object)| object.has_prisms());
+    let radii = with_prisms.flat_map(|(_, object)| object.prisms.iter().map(|prism| prism.radius));
+    radii.fold(0.0, f32::max)
 }
 
 /// Builds the hierarchy over all facets of `objects`, and returns it with the object and

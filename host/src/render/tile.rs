@@ -29,6 +29,19 @@ pub(super) struct Tile {
     origin: [usize; 2],
     /// Normals of the four planes around the rays, which point inwards: their x, y and z.
     planes: [[f32; 4]; 3],
+    /// What places points in pixels.
+    raster: Raster,
+}
+
+/// Places points in pixels. A point p from the eye has the column −(N · p) / (B · p): the
+/// planes through the eye and a column have the normals N + column · B. Rows likewise.
+struct Raster {
+    /// N of columns and rows.
+    normals: [Vec3; 2],
+    /// B of columns and rows.
+    steps: [Vec3; 2],
+    /// Bounds of the lengths of N + column · B, of columns and rows of the tile.
+    longest: [f32; 2],
 }
 
 impl Tile {
@@ -59,6 +72,7 @@ impl Tile {
             eye: Vec3::from(frame.eye),
             origin: [x, y],
             planes: planes(frame, x as f32, y as f32),
+            raster: Raster::new(frame, x as f32, y as f32),
         }
     }
 
@@ -144,7 +158,55 @@ impl Tile {
                 + (z[i] * low.z).max(z[i] * high.z);
             beyond |= furthest < 0.0;
         }
-        (!beyond).then(|| low.max(-high).max(Vec3::ZERO).length())
+        if beyond
+            || self
+                .raster
+                .misses(0.5 * (low + high), 0.5 * (high - low).length())
+        {
+            return None;
+        }
+        Some(low.max(-high).max(Vec3::ZERO).length())
+    }
+}
+
+/// Margin of [`Raster::misses`], pixels.
+const MARGIN: f32 = 0.01;
+
+impl Raster {
+    /// Returns that of the tile of `frame` at (`x`, `y`).
+    fn new(frame: &Frame, x: f32, y: f32) -> Raster {
+        let [first, right, down] =
+            [frame.ray_first, frame.ray_right, frame.ray_down].map(Vec3::from);
+        let normals = [down.cross(first), right.cross(first)];
+        let steps = [down.cross(right), right.cross(down)];
+        let side = SIDE as f32;
+        let longest = [(0, x), (1, y)].map(|(axis, start)| {
+            let length = |place: f32| (normals[axis] + steps[axis] * place).length();
+            length(start - 1.0).max(length(start + side))
+        });
+        Raster {
+            normals,
+            steps,
+            longest,
+        }
+    }
+
+    /// Returns whether the ball around `centre` (from the eye) lies between the rays of all
+    /// pixels: smaller than they are apart, and beside all.
+    #[inline]
+    fn misses(&self, centre: Vec3, radius: f32) -> bool {
+        (0..2).any(|axis| {
+            let step = self.steps[axis];
+            let away = step.dot(centre);
+            // |N + column · B| r / (|B · p| − |B| r) bounds the change of the column.
+            let reach = self.longest[axis] * radius;
+            let least = away.abs() - step.length() * radius;
+            if reach > 0.5 * least {
+                return false;
+            }
+            let place = -self.normals[axis].dot(centre) / away;
+            (place - place.round()).abs() * least > reach + MARGIN * least
+        })
     }
 }
 
@@ -285,6 +347,33 @@ mod tests {
         assert_eq!(all(16, 8), 0x0f0f_0f0f_0f0f_0f0f);
         assert_eq!(all(8, 16), 0xffff_ffff);
         assert_eq!(all(16, 16), 0x0f0f_0f0f);
+    }
+
+    #[test]
+    fn boxes_between_the_rays_are_left_out() {
+        let tile = Tile::new(&frame(), 8, 8);
+        // The rays are 0.2 apart at distance 1, 0.4 at distance 2.
+        for distance in [1.0, 2.0] {
+            let at = |column: f32, row: f32, radius: f32| {
+                let ray = [column, -row].map(|place| (place - 0.5) * 0.2 + 0.2);
+                let centre = glam::Vec3A::new(ray[0], ray[1] - 0.2, -1.0) * distance;
+                let half = glam::Vec3A::new(radius, radius, 0.0) * 0.2 * distance;
+                tile.nearest(&Aabb::new(centre - half, centre + half))
+                    .is_some()
+            };
+            let columns: Vec<bool> = (0..20)
+                .map(|i| at(1.0 + 0.1 * i as f32, 1.5, 0.06))
+                .collect();
+            assert_eq!(
+                columns.iter().filter(|found| **found).count(),
+                4,
+                "{columns:?}"
+            );
+            // A box that is wider than the rays are apart holds one.
+            assert!((0..20).all(|i| at(1.0 + 0.1 * i as f32, 1.5, 0.51)));
+            let between = at(1.0, 1.5, 0.06) || at(1.0, 2.0, 0.06) || at(1.5, 2.0, 0.06);
+            assert!(!between && at(1.5, 1.5, 0.06));
+        }
     }
 
     #[test]
