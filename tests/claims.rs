@@ -24,7 +24,9 @@ fn program() -> &'static Path {
 fn left_out(arguments: &str) -> Option<&'static str> {
     match arguments.split_whitespace().next() {
         Some("view") if cfg!(not(feature = "viewer")) => Some("viewer"),
-        Some("bench" | "bounds" | "gallery" | "tradeoff") if cfg!(not(feature = "studies")) => {
+        Some("bench" | "bounds" | "gallery" | "report" | "tradeoff")
+            if cfg!(not(feature = "studies")) =>
+        {
             Some("studies")
         }
         _ => None,

@@ -50,7 +50,6 @@ struct Source<'a> {
     depth: f64,
     /// Parts of an edge of the mesh.
     parts: f64,
-    has_floor: bool,
 }
 
 /// Points of a triangle, each once, by their barycentrics w1 and w2. These are multiples of
@@ -112,7 +111,6 @@ impl Carving {
             contours: &simple,
             depth: parameters.depth,
             parts: (bend / tolerance).sqrt().ceil().clamp(1.0, MOST_PARTS),
-            has_floor: parameters.cut_out == 0,
         };
         let pieces: Vec<Carving> = prisms.par_iter().map(|prism| source.carve(prism)).collect();
         let mut whole = Carving::default();
@@ -187,9 +185,6 @@ impl Source<'_> {
         let mut known = [vec![u32::MAX; weights.len()], vec![u32::MAX; weights.len()]];
         for face in mesh.inner_faces() {
             let is_solid = solid[face.fix().index()];
-            if !is_solid && !self.has_floor {
-                continue;
-            }
             let (known, depth_fraction, class) = if is_solid {
                 (&mut known[0], 0.0, CLASS_CAP)
             } else {

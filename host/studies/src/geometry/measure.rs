@@ -15,8 +15,9 @@ use std::time::Instant;
 
 /// Error of the triangles, pixels, and tolerance of the accurate tier.
 pub const ERROR_PX: f64 = 0.5;
-/// Tolerances of the triangles that are tried until their error is [`ERROR_PX`], pixels.
-const TOLERANCES: [f64; 6] = [0.5, 0.35, 0.25, 0.18, 0.12, 0.06];
+/// Tolerances of the triangles that are tried until their error is [`ERROR_PX`], pixels. Those
+/// of the outlines and of the curvature add up, or both are far less than allowed.
+const TOLERANCES: [f64; 10] = [8.0, 4.0, 2.0, 1.4, 1.0, 0.7, 0.5, 0.25, 0.12, 0.06];
 /// Errors above this are infinite, pixels.
 const LARGEST_ERROR: f64 = 8.0;
 
@@ -145,6 +146,9 @@ pub fn check(scene: &Scene) -> Result<(), GeometryError> {
     if object.extrusion.bevel > 0.0 || object.search == Search::Relief {
         return unsuitable("write technique = \"basic\"; the triangles have upright walls");
     }
+    if object.cut_out {
+        return unsuitable("leave out cut_out; the backs of triangles would be seen through it");
+    }
     if object.instances.is_some() {
         return unsuitable("leave out instances; one object is compared with triangles");
     }
@@ -160,7 +164,7 @@ fn vary(scene: &Scene, setting: &Setting, tier: Tier) -> Result<Scene, GeometryE
     scene.supersampling = 1;
     if setting.distance != 1.0 {
         let mut camera = match &scene.camera {
-            Some(camera) => camera.clone(),
+            Some(camera) => *camera,
             None => prepare(&scene, &|_| ())?.camera,
         };
         let [eye, target] = [camera.eye, camera.target].map(DVec3::from);
@@ -223,28 +227,26 @@ fn pixel(scene: &PreparedScene) -> f64 {
     width * nearest.max(1e-3 * bounds.diagonal())
 }
 
-/// Carves until the error is [`ERROR_PX`]; returns the triangles, their error and the time of
-/// the last carving, milliseconds.
+/// Carves ever finer until the error is [`ERROR_PX`]; returns the triangles, their error and
+/// the time of the last carving, milliseconds.
 fn refine(scene: &PreparedScene, reference: &Reference<'_>) -> (Carving, f64, f64) {
     let pixel = pixel(scene);
-    let mut best = None;
-    for tolerance in TOLERANCES {
+    let object = &scene.objects[0];
+    let mut tried = TOLERANCES.into_iter().map(|tolerance| {
         let start = Instant::now();
-        let outlines = contours(&scene.objects[0]);
-        let carving = Carving::new(scene, &outlines, tolerance * pixel);
+        let carving = Carving::new(scene, &contours(object), tolerance * pixel);
         let time = milliseconds(start);
-        let tracer = Tracer::new(&carving, &scene.objects[0].parameters);
-        let error = reference.error_px(&tracer.geometry(&scene.frame));
-        drop(tracer);
-        let is_done = error <= ERROR_PX;
-        if best.as_ref().is_none_or(|(_, least, _)| error < *least) {
-            best = Some((carving, error, time));
-        }
-        if is_done {
-            break;
-        }
+        let words = Tracer::new(&carving, &object.parameters).geometry(&scene.frame);
+        let error = reference.error_px(&words);
+        (carving, error, time)
+    });
+    let mut last = tried.next().expect("there is a tolerance");
+    while last.1 > ERROR_PX
+        && let Some(finer) = tried.next()
+    {
+        last = finer;
     }
-    best.expect("there is a tolerance")
+    last
 }
 
 /// Measures `scene` with `setting`, `frames` times in turn.
@@ -344,5 +346,120 @@ fn fitting<T>(made: Option<Result<T, RenderError>>) -> Result<Option<T>, Geometr
     match made {
         None | Some(Err(RenderError::Limit { .. })) => Ok(None),
         Some(made) => Ok(Some(made?)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo::render::gpu::choose;
+    use std::path::{Path, PathBuf};
+
+    /// A scene of one object of the assets.
+    fn scene(mesh: &str, pattern: &str, keys: &str) -> Scene {
+        let text = format!(
+            "[image]\nsize = [120, 90]\n[camera]\neye = [0.6, 2.0, 3.4]\nfov = 38.0\n[[object]]\n\
+             mesh = '../meshes/{mesh}.obj'\nshape = '../patterns/{pattern}.png'\ndepth = 0.1\n{keys}\n"
+        );
+        let assets = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/a.toml");
+        Scene::parse(&text, &assets).unwrap()
+    }
+
+    fn setting(repeat: u32) -> Setting {
+        Setting {
+            repeat,
+            distance: 1.0,
+            scale: 1.0,
+        }
+    }
+
+    #[test]
+    fn triangles_are_where_the_oracle_is() {
+        let cases = [
+            ("torus", "letters", "extension = 0.01", 6),
+            ("blob", "lattice", "", 1),
+        ];
+        for (mesh, pattern, keys, repeat) in cases {
+            let scene = scene(mesh, pattern, keys);
+            check(&scene).unwrap();
+            let row = measure(&scene, &setting(repeat), None, 1, &|_| ()).unwrap();
+            let [triangles, fast, accurate] = &row.cells[..] else {
+                panic!("{row:?}");
+            };
+            assert!(triangles.error_px <= ERROR_PX, "{mesh}: {row:?}");
+            assert!(accurate.error_px <= ERROR_PX, "{mesh}: {row:?}");
+            assert!(triangles.triangles > fast.triangles, "{mesh}: {row:?}");
+            assert!(
+                row.cells
+                    .iter()
+                    .all(|cell| cell.cpu > 0.0 && cell.gpu.is_none())
+            );
+        }
+    }
+
+    #[test]
+    fn gpu_triangles_are_those_of_the_cpu() {
+        let adapter = choose(None).unwrap();
+        let scene = vary(&scene("torus", "discs", ""), &setting(8), Tier::Accurate).unwrap();
+        let prepared = prepare(&scene, &|_| ()).unwrap();
+        let object = &prepared.objects[0].parameters;
+        let carving = Carving::new(&prepared, &contours(&prepared.objects[0]), 0.002);
+        let cpu = Tracer::new(&carving, object).color(&prepared.frame);
+        let mut raster = Raster::new(&carving, object, &adapter).unwrap();
+        let gpu = raster.color(&prepared.frame).unwrap();
+        let mut classes = 0;
+        let mut colors = 0;
+        for (cpu, gpu) in cpu.words.iter().zip(&gpu.words) {
+            classes += usize::from(cpu[3] != gpu[3]);
+            let differs = |i: usize| (f32::from_bits(cpu[i]) - f32::from_bits(gpu[i])).abs() > 0.01;
+            colors += usize::from(cpu[3] == gpu[3] && (0..3).any(differs));
+        }
+        // Edges between pixels.
+        let pixels = cpu.words.len();
+        assert!(
+            classes < pixels / 200 && colors < pixels / 200,
+            "{classes}, {colors}"
+        );
+        assert!(cpu.words.iter().filter(|word| word[3] != 0).count() > pixels / 5);
+        assert!(raster.time(&prepared.frame).unwrap().as_nanos() > 0);
+    }
+
+    #[test]
+    fn what_triangles_cannot_show_is_refused() {
+        let refused = |scene: &Scene| check(scene).unwrap_err().to_string();
+        let beveled = scene("plane", "discs", "technique = 'beveled'");
+        assert!(
+            refused(&beveled).contains("technique = \"basic\""),
+            "{}",
+            refused(&beveled)
+        );
+        let relief = scene("plane", "discs", "technique = 'relief'");
+        assert!(refused(&relief).contains("technique = \"basic\""));
+        let copies = scene(
+            "plane",
+            "discs",
+            "instances = { count = [2, 1, 1], spacing = [3.0, 0.0, 0.0] }",
+        );
+        assert!(refused(&copies).contains("leave out instances"));
+        let cut_out = scene("plane", "discs", "cut_out = true");
+        assert!(refused(&cut_out).contains("leave out cut_out"));
+        let mut two = scene("plane", "discs", "");
+        two.objects.push(two.objects[0].clone());
+        assert!(refused(&two).contains("exactly one"));
+        assert!(refused(&two).starts_with(&two.path.display().to_string()));
+        two.objects.clear();
+        assert!(check(&two).is_err());
+        assert!(Path::new(&two.path).ends_with("a.toml"));
+    }
+
+    #[test]
+    fn every_setting_has_its_repeats() {
+        let all = settings(256, 16);
+        let repeats: Vec<u32> = all[..5].iter().map(|setting| setting.repeat).collect();
+        assert_eq!(repeats, [1, 4, 16, 64, 256]);
+        assert_eq!(all.len(), 11);
+        assert!(all[5..].iter().all(|setting| setting.repeat == 16));
+        // The middle is measured once even where it is beyond the most.
+        assert_eq!(settings(4, 16).len(), 9);
     }
 }

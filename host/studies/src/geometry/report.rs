@@ -1,6 +1,6 @@
 //! Tables and charts of triangles beside extrusions.
 
-use super::measure::{Cell, Method, Row, Setting};
+use super::measure::{Cell, ERROR_PX, Method, Row, Setting};
 use crate::bench::{quoted, significant, write_aligned};
 use crate::lines::{Panel, draw};
 use std::fmt::{self, Write};
@@ -24,7 +24,10 @@ impl fmt::Display for Comparison {
         let gpu = self.gpu.as_deref().unwrap_or("no GPU");
         writeln!(
             out,
-            "{}; GPU: {gpu}. Medians of {} frames in turn.\n",
+            "{}; GPU: {gpu}. Medians of {} frames in turn. The triangles are as few as an error of \
+             {ERROR_PX} pixels allows in each view, are drawn by the rasteriser of the GPU, and on the \
+             CPU by rays through a hierarchy of boxes. Preparation is all from the scene file to a \
+             renderer on the CPU; memory is that of the buffers on a GPU, without pictures.\n",
             self.scene, self.frames
         )?;
         let header = [
@@ -158,5 +161,54 @@ impl Comparison {
             })
             .collect();
         draw(&Method::ALL.map(Method::name), &rows)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tables_and_charts_hold_every_setting() {
+        let row = |repeat, distance, scale: f64| Row {
+            setting: Setting {
+                repeat,
+                distance,
+                scale,
+            },
+            size: [(100.0 * scale) as u32, 75],
+            cells: Method::ALL
+                .map(|method| Cell {
+                    method,
+                    error_px: if repeat == 1 { f64::INFINITY } else { 0.5 },
+                    triangles: 12_345,
+                    bytes: 1_000_000,
+                    preparation: 10.0,
+                    cpu: 2.0 * distance,
+                    gpu: (method != Method::Triangles).then_some(3.0),
+                })
+                .to_vec(),
+        };
+        let comparison = Comparison {
+            scene: "torus".to_string(),
+            gpu: None,
+            frames: 5,
+            rows: vec![
+                row(1, 1.0, 1.0),
+                row(4, 1.0, 1.0),
+                row(4, 2.0, 1.0),
+                row(4, 1.0, 2.0),
+            ],
+        };
+        let text = comparison.to_string();
+        assert_eq!(text.matches("12345").count(), 12);
+        assert!(text.contains("> 8") && text.contains("no GPU"), "{text}");
+        let csv = comparison.to_csv();
+        let fields = |line: &str| line.split(',').count();
+        assert!(csv.lines().all(|line| fields(line) == 13), "{csv}");
+        let svg = comparison.to_svg().unwrap();
+        // Three rows of panels: two points a line, and one line less where none was drawn.
+        let points = 3 * (4 * 3 - 1) * 2;
+        assert_eq!(svg.matches("<circle").count(), points);
     }
 }

@@ -2,6 +2,7 @@
 
 use super::DeviceReport;
 use crate::bench::{significant, write_aligned};
+use relievo::verify::AdapterReport;
 use std::collections::BTreeSet;
 use std::fmt;
 
@@ -18,6 +19,14 @@ impl DeviceReport {
             "accurate",
             "curved extrusion / curved relief",
         ]
+    }
+
+    /// Returns API and driver.
+    fn driver(&self) -> String {
+        let AdapterReport {
+            backend, driver, ..
+        } = &self.words;
+        format!("{backend}, {}", driver.trim_end())
     }
 
     /// Returns the device's line of that table. Times are of the shaders that the program
@@ -42,7 +51,7 @@ impl DeviceReport {
             .collect();
         [
             words.name.clone(),
-            format!("{}, {}", words.backend, words.driver),
+            self.driver(),
             if words.exact { "yes" } else { "no" }.to_string(),
             format!("{different} of {compared}"),
             time("planar"),
@@ -59,11 +68,10 @@ impl fmt::Display for DeviceReport {
         writeln!(out, "## {}\n", self.words.name)?;
         writeln!(
             out,
-            "Relievo {}, {}. {}, {}. Measured in {:.0} s; times are medians of {} frames of {width} × {height} pixels.\n",
+            "Relievo {}, {}. {}. Measured in {:.0} s; times are medians of {} frames of {width} × {height} pixels.\n",
             self.relievo,
             self.system,
-            self.words.backend,
-            self.words.driver,
+            self.driver(),
             self.seconds,
             self.effort.frames
         )?;
