@@ -5,8 +5,10 @@ use plotters::prelude::*;
 use plotters::series::LineSeries;
 use std::error::Error as StdError;
 
-type DrawResult = Result<(), Box<dyn StdError>>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+/// Any error of the drawing library.
+pub(crate) type DrawResult = Result<(), Box<dyn StdError>>;
+/// A part of a drawing.
+pub(crate) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 const PANEL: (u32, u32) = (340, 270);
 const LEGEND_HEIGHT: u32 = 34;

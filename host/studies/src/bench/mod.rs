@@ -14,4 +14,5 @@ pub(crate) use report::{quoted, significant, write_aligned};
 pub use scaling::{Number, Row, Scaling, scaling};
 pub use statistics::Summary;
 pub use table1::{Cell, Run, Table1, measure};
+pub(crate) use timed::fitting;
 pub use timed::{Backend, Clock, Timed};

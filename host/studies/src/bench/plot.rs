@@ -3,13 +3,8 @@
 use super::plan::{Method, ROWS};
 use super::statistics::Summary;
 use super::table1::{Run, Table1};
-use plotters::coord::Shift;
+use crate::lines::{Area, DrawResult};
 use plotters::prelude::*;
-use std::error::Error as StdError;
-
-/// Any error of the drawing library.
-type DrawResult = Result<(), Box<dyn StdError>>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 const WIDTH: u32 = 1000;
 const PANEL_HEIGHT: u32 = 330;

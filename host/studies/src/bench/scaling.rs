@@ -2,6 +2,7 @@
 
 use super::report::{quoted, significant, write_aligned};
 use super::statistics::Summary;
+use super::timed::fitting;
 use crate::lines::{Panel, draw};
 use glam::{DVec2, DVec3};
 use relievo::mesh::MeshData;
@@ -187,10 +188,8 @@ fn time(
     frames: u32,
 ) -> Result<(f64, Option<f64>), RenderError> {
     let mut cpu = CpuRenderer::new(scene);
-    let mut gpu = match adapter.map(|adapter| GpuRenderer::new(scene, adapter, Choice::Trusted)) {
-        None | Some(Err(RenderError::Limit { .. })) => None,
-        Some(made) => Some(made?),
-    };
+    let gpu = adapter.map(|adapter| GpuRenderer::new(scene, adapter, Choice::Trusted));
+    let mut gpu = fitting(gpu)?;
     let (mut cpu_times, mut gpu_times) = (Vec::new(), Vec::new());
     for round in 0..=frames {
         let start = Instant::now();

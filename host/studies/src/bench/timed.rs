@@ -16,6 +16,17 @@ pub enum Backend<'a> {
     Gpu(&'a Adapter, Shaders),
 }
 
+/// Returns a renderer, or `None` where there is none or its buffers are too large.
+///
+/// # Errors
+/// [`RenderError`] if the device fails otherwise.
+pub(crate) fn fitting<T>(made: Option<Result<T, RenderError>>) -> Result<Option<T>, RenderError> {
+    match made {
+        None | Some(Err(RenderError::Limit { .. })) => Ok(None),
+        Some(made) => made.map(Some),
+    }
+}
+
 /// Source of frame times.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

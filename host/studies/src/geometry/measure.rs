@@ -3,7 +3,7 @@
 use super::carve::{Carving, contours};
 use super::raster::Raster;
 use super::trace::Tracer;
-use crate::bench::Summary;
+use crate::bench::{Summary, fitting};
 use glam::DVec3;
 use relievo::Error;
 use relievo::oracle::{MeshOracle, Truth};
@@ -228,14 +228,17 @@ fn pixel(scene: &PreparedScene) -> f64 {
 }
 
 /// Carves ever finer until the error is [`ERROR_PX`]; returns the triangles, their error and
-/// the time of the last carving, milliseconds.
+/// the time of tracing the outlines and of the last carving, milliseconds.
 fn refine(scene: &PreparedScene, reference: &Reference<'_>) -> (Carving, f64, f64) {
     let pixel = pixel(scene);
     let object = &scene.objects[0];
+    let start = Instant::now();
+    let outlines = contours(object);
+    let tracing_time = milliseconds(start);
     let mut tried = TOLERANCES.into_iter().map(|tolerance| {
         let start = Instant::now();
-        let carving = Carving::new(scene, &contours(object), tolerance * pixel);
-        let time = milliseconds(start);
+        let carving = Carving::new(scene, &outlines, tolerance * pixel);
+        let time = tracing_time + milliseconds(start);
         let words = Tracer::new(&carving, &object.parameters).geometry(&scene.frame);
         let error = reference.error_px(&words);
         (carving, error, time)
@@ -339,14 +342,6 @@ pub fn measure(
         size: accurate.size,
         cells,
     })
-}
-
-/// Returns the renderer, or `None` where there is none or its buffers are too large.
-fn fitting<T>(made: Option<Result<T, RenderError>>) -> Result<Option<T>, GeometryError> {
-    match made {
-        None | Some(Err(RenderError::Limit { .. })) => Ok(None),
-        Some(made) => Ok(Some(made?)),
-    }
 }
 
 #[cfg(test)]

@@ -4,15 +4,10 @@
 
 use super::report::{Metric, Report};
 use super::variant::Class;
-use plotters::coord::Shift;
+use crate::lines::{Area, DrawResult};
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use relievo::scene::Tier;
-use std::error::Error as StdError;
-
-/// Any error of the drawing library.
-type DrawResult = Result<(), Box<dyn StdError>>;
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 const WIDTH: u32 = 1420;
 const LEGEND_HEIGHT: u32 = 44;

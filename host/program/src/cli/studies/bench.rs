@@ -1,6 +1,6 @@
 //! `relievo bench`.
 
-use super::{Measured, Study, measured_adapter};
+use super::{DeviceArguments, Measured, Study, measured_adapter};
 use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
@@ -43,12 +43,8 @@ pub struct BenchTable1Arguments {
     /// Timed frames for each method and shape map, after one to warm up
     #[arg(long, default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..100_000))]
     frames: u32,
-    /// Devices to measure
-    #[arg(long, value_enum, default_value_t = Measured::Both)]
-    backend: Measured,
-    /// Take the adapter with this in its name (see info)
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    devices: DeviceArguments,
     /// Size of the pictures
     #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
     size: [u32; 2],
@@ -65,12 +61,8 @@ pub struct BenchScalingArguments {
     /// Timed frames for each scene and tier, after one to warm up
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..100_000))]
     frames: u32,
-    /// Devices to measure
-    #[arg(long, value_enum, default_value_t = Measured::Both)]
-    backend: Measured,
-    /// Take the adapter with this in its name (see info)
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    devices: DeviceArguments,
     /// Size of the large pictures; the small ones have a tenth of it
     #[arg(long, value_name = "WxH", default_value = "800x600", value_parser = parse_size)]
     size: [u32; 2],
@@ -257,9 +249,9 @@ fn in_turn(
 
 /// `relievo bench table1`.
 pub fn table1(arguments: &BenchTable1Arguments) -> anyhow::Result<()> {
-    let found = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
+    let found = arguments.devices.adapter()?;
     let mut backends = Vec::new();
-    if arguments.backend != Measured::Gpu {
+    if arguments.devices.has_cpu() {
         backends.push(Backend::Cpu);
     }
     if let Some(found) = &found {
@@ -295,7 +287,7 @@ pub fn table1(arguments: &BenchTable1Arguments) -> anyhow::Result<()> {
 
 /// `relievo bench scaling`.
 pub fn scaling(arguments: &BenchScalingArguments) -> anyhow::Result<()> {
-    let found = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
+    let found = arguments.devices.adapter()?;
     let measured = {
         let bar = Bar::new();
         measure_scaling(

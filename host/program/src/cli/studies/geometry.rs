@@ -1,6 +1,6 @@
 //! `relievo bench geometry`.
 
-use super::{Measured, Study, measured_adapter};
+use super::{DeviceArguments, Study};
 use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
@@ -26,12 +26,8 @@ pub struct BenchGeometryArguments {
     /// Timed frames for each method, after one to warm up
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..100_000))]
     frames: u32,
-    /// Devices to measure
-    #[arg(long, value_enum, default_value_t = Measured::Both)]
-    backend: Measured,
-    /// Take the adapter with this in its name (see info)
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    devices: DeviceArguments,
     /// Size of the picture instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -41,7 +37,7 @@ pub struct BenchGeometryArguments {
 
 /// `relievo bench geometry`.
 pub fn run(arguments: &BenchGeometryArguments) -> anyhow::Result<()> {
-    let adapter = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
+    let adapter = arguments.devices.adapter()?;
     let limits = arguments.limits.limits();
     let mut scene = Scene::load_within(&arguments.scene, &limits).map_err(Error::from)?;
     scene.size = arguments.size.unwrap_or(scene.size);

@@ -1,5 +1,5 @@
-//! Commands that measure Relievo itself: `bench`, `bounds`, `tradeoff` and `gallery`. They need the
-//! feature `studies`.
+//! Commands that measure Relievo itself: `bench`, `bounds`, `tradeoff`, `report` and
+//! `gallery`. They need the feature `studies`.
 
 mod bench;
 mod bounds;
@@ -11,7 +11,7 @@ mod tradeoff;
 
 use super::{refuse_adapter, say};
 use bench::Comparison;
-use clap::{Subcommand, ValueEnum};
+use clap::{Args, Subcommand, ValueEnum};
 use relievo::Error;
 use relievo::file::write_bytes;
 use relievo::render::gpu::{Adapter, choose};
@@ -116,6 +116,29 @@ impl Study<'_> {
             say(format_args!("{}", path.display()))?;
         }
         Ok(())
+    }
+}
+
+/// The devices that a command measures.
+#[derive(Args)]
+pub struct DeviceArguments {
+    /// Devices to measure
+    #[arg(long, value_enum, default_value_t = Measured::Both)]
+    backend: Measured,
+    /// Use the adapter whose name contains this (see info)
+    #[arg(long, value_name = "NAME")]
+    adapter: Option<String>,
+}
+
+impl DeviceArguments {
+    /// Returns the adapter to measure, as [`measured_adapter`].
+    fn adapter(&self) -> Result<Option<Adapter>, Error> {
+        measured_adapter(self.backend, self.adapter.as_deref())
+    }
+
+    /// Returns whether the CPU is measured.
+    fn has_cpu(&self) -> bool {
+        self.backend != Measured::Gpu
     }
 }
 

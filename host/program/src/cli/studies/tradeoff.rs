@@ -1,6 +1,6 @@
 //! `relievo tradeoff`.
 
-use super::{Measured, measured_adapter};
+use super::DeviceArguments;
 use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
@@ -32,12 +32,8 @@ pub struct TradeoffArguments {
     /// as many where times vary
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..100_000))]
     frames: u32,
-    /// Devices to measure
-    #[arg(long, value_enum, default_value_t = Measured::Both)]
-    backend: Measured,
-    /// Use the adapter whose name contains this (see info)
-    #[arg(long, value_name = "NAME")]
-    adapter: Option<String>,
+    #[command(flatten)]
+    devices: DeviceArguments,
     /// Size of the pictures instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -86,7 +82,7 @@ pub fn run(arguments: &TradeoffArguments) -> anyhow::Result<()> {
 
 /// Measures the missing variants of `shard`.
 fn measure(subject: &Subject, shard: Shard, arguments: &TradeoffArguments) -> anyhow::Result<()> {
-    let adapter = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
+    let adapter = arguments.devices.adapter()?;
     let devices = Devices {
         adapter: adapter.as_ref(),
     };
@@ -102,7 +98,7 @@ fn measure(subject: &Subject, shard: Shard, arguments: &TradeoffArguments) -> an
         } else {
             Grid::Full
         },
-        renderings: devices.renderings(arguments.backend != Measured::Gpu),
+        renderings: devices.renderings(arguments.devices.has_cpu()),
         shard,
         machine: Machine {
             cpu: cpu(),
