@@ -145,7 +145,8 @@ fn texels_far_out() {
         map_reach: 1.0,
         map_format: relievo_shared::layout::FORMAT_FLOAT,
         ..Object::default()
-    };
+    }
+    .complete();
     let map = ShapeMap::new(&object);
     // A quarter of the map, after 131,071 repeats.
     let u = 131_071.0_f32 + 0.273_437_5;

@@ -149,7 +149,8 @@ impl Case {
                 map_format: single::layout::FORMAT_CODES,
                 search: single::layout::SEARCH_EXTRUSION,
                 ..Object::default()
-            },
+            }
+            .complete(),
             words: disc(),
             triangle,
             direction: forward.as_vec3(),

@@ -312,15 +312,18 @@ pub fn profile(
     depth_fraction: f32,
     distance: f32,
 ) -> (Vec3, Vec3) {
-    let profile = Profile::new(&Object {
-        map_size: [128.0, 64.0],
-        extension,
-        bevel,
-        chamfer,
-        profile: kind(choice),
-        parts: 1 + ((choice >> 8) & 7),
-        ..Object::default()
-    });
+    let profile = Profile::new(
+        &Object {
+            map_size: [128.0, 64.0],
+            extension,
+            bevel,
+            chamfer,
+            profile: kind(choice),
+            parts: 1 + ((choice >> 8) & 7),
+            ..Object::default()
+        }
+        .complete(),
+    );
     let grows = profile.is_growing(depth_fraction, || distance);
     (
         Vec3::new(
@@ -368,6 +371,7 @@ fn solid(choice: u32, depth: f32, widths: Vec2, chamfer: f32) -> Object {
         parts: 1 + ((choice >> 24) & 7),
         ..noise_object(choice & !2)
     }
+    .complete()
 }
 
 /// Distance before the solid at which a search may end, texels: 0 for half of the

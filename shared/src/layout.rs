@@ -311,6 +311,28 @@ pub struct Object {
     /// Number of the object in its scene, from 1, whose exits
     /// ([`Exit`](crate::exit::Exit)) are asked for; 0 to do without.
     pub number: u32,
+    /// What follows from the other fields and is the same for all pixels:
+    /// [`Object::complete`] computes it.
+    pub quotients: Quotients,
+}
+
+/// Quotients of an [`Object`]'s parameters: a division costs as much as ten products in
+/// the exact shaders.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
+#[repr(C)]
+pub struct Quotients {
+    /// Offsets of the differences that make the map's gradient, repeats:
+    /// `map_reach` / `map_size`.
+    pub gradient_offset: [Real; 2],
+    /// 1 / (2 `map_reach`), 1 / texels.
+    pub gradient_scale: Real,
+    /// 1 / b with b in texels; 0 without a bevel.
+    pub inverse_bevel: Real,
+    /// b c / `parts`, texels.
+    pub part_width: Real,
+    /// 1 / `part_width`; 0 without a bevel.
+    pub inverse_part_width: Real,
 }
 
 /// The curvature of the surface is ignored: extrusion mapping without silhouette.
@@ -358,8 +380,9 @@ const _: () = {
             && offset_of!(Frame, size) == 124
             && offset_of!(Frame, unit) == 132
     );
-    assert!(size_of::<Object>() == 148 && align_of::<Object>() == 4);
+    assert!(size_of::<Object>() == 172 && align_of::<Object>() == 4);
     assert!(offset_of!(Object, cap_color) == 48 && offset_of!(Object, shininess) == 96);
+    assert!(offset_of!(Object, quotients) == 148);
 };
 
 /// A vector from three scalars of a layout.

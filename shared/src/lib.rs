@@ -92,6 +92,7 @@ pub mod outline;
 pub mod path;
 pub mod prism;
 pub mod profile;
+mod quotients;
 pub mod shaders;
 pub mod shadow;
 pub mod shape_map;

@@ -150,12 +150,7 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
     } else {
         0.0
     };
-    let safe = SafeStep::new(map.quantum);
-    let fastest = if profile.grows {
-        speed + safe.lipschitz * growth
-    } else {
-        speed
-    };
+    let safe = map.safe;
     // From s on, ℓ is at most the mean of its values on the line at s and at the
     // end if it grows, and its value at s if it falls.
     let change = if path.is_even() {
@@ -163,8 +158,13 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
     } else {
         div(last - first, max(end * (speed + growth), 1e-18))
     };
-    // Reciprocals stay below 1e18, so that a step is never an infinity.
-    let flat = div(1.0, max(speed, 1e-18));
+    // Reciprocals stay near 1e18 and below, so that a step is never an infinity.
+    let near = div(1.0, max(safe.steepest * speed + growth, 1e-18));
+    let flat = if profile.grows {
+        div(1.0, max(speed, 1e-18))
+    } else {
+        near * safe.steepest
+    };
     let step_length = StepLength {
         ease: if change > 0.0 {
             1.0 + 0.5 * change * end
@@ -172,7 +172,7 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
             1.0
         },
         gain: if change > 0.0 { -0.5 * change } else { -change },
-        near: div(safe.lipschitz, max(fastest, 1e-18)),
+        near,
         far: if profile.grows {
             div(1.0, max(speed + growth, 1e-18))
         } else {

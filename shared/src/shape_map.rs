@@ -1,7 +1,7 @@
 //! The shape map: the signed distance to the pattern, from stored codes.
 
 use crate::arithmetic::{div, floor, floor_to_int, max};
-use crate::layout::{FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Object};
+use crate::layout::{FORMAT_CODES, FORMAT_FLOAT, FORMAT_PAPER, Object, vec2};
 use crate::profile::Profile;
 use crate::{Real, Vec2};
 
@@ -25,9 +25,10 @@ pub struct ShapeMap {
     pub size: Vec2,
     last_x: i32,
     last_y: i32,
-    /// Largest amount by which a stored distance may be less than the true one, texels.
-    pub quantum: Real,
-    reach: Real,
+    /// Step lengths that cannot skip the pattern.
+    pub safe: SafeStep,
+    gradient_offset: Vec2,
+    gradient_scale: Real,
     step: Real,
     format: u32,
     bias: i32,
@@ -59,7 +60,7 @@ impl Taps {
 }
 
 impl ShapeMap {
-    /// Returns the map of `object`.
+    /// Returns the map of the [complete](Object::complete) `object`.
     #[inline]
     pub fn new(object: &Object) -> ShapeMap {
         let packing = object.map_packing;
@@ -68,8 +69,12 @@ impl ShapeMap {
             size: Vec2::new(object.map_size[0], object.map_size[1]),
             last_x: object.map_size[0] as i32 - 1,
             last_y: object.map_size[1] as i32 - 1,
-            quantum: object.map_quantum,
-            reach: object.map_reach,
+            safe: SafeStep {
+                steepest: SQRT_2 * (1.0 + object.map_quantum),
+                margin: MARGIN + object.map_quantum,
+            },
+            gradient_offset: vec2(object.quotients.gradient_offset),
+            gradient_scale: object.quotients.gradient_scale,
             step: object.map_step,
             format: object.map_format,
             bias: object.map_bias as i32,
@@ -188,7 +193,6 @@ impl ShapeMap {
                 taps.mix(n00.y, n10.y, n01.y, n11.y),
             );
         }
-        let (dx, dy) = (div(self.reach, self.size.x), div(self.reach, self.size.y));
         let mut before = 0.0;
         let mut along_u = 0.0;
         let mut along_v = 0.0;
@@ -197,9 +201,9 @@ impl ShapeMap {
         let mut side = 0;
         while side < 4 {
             let offset = if side < 2 {
-                Vec2::new(dx, 0.0)
+                Vec2::new(self.gradient_offset.x, 0.0)
             } else {
-                Vec2::new(0.0, dy)
+                Vec2::new(0.0, self.gradient_offset.y)
             };
             let is_first = side & 1 == 0;
             let distance = self.distance(texels, if is_first { uv + offset } else { uv - offset });
@@ -212,7 +216,7 @@ impl ShapeMap {
             }
             side += 1;
         }
-        Vec2::new(along_u, along_v) * div(0.5, self.reach)
+        Vec2::new(along_u, along_v) * self.gradient_scale
     }
 }
 
@@ -227,35 +231,34 @@ fn neighbours(i: i32, last: i32) -> (i32, i32) {
 
 /// Bounds of the displacement, texels, within which the interpolated distance cannot
 /// fall to a radius (section 3).
+///
+/// Bilinear interpolation of 1-Lipschitz samples is √2-Lipschitz, and rounding down to
+/// steps adds a step to the difference of two samples. By Jensen's inequality a point with
+/// the interpolated distance f is at least √((f + ½)² − ½) − ½ − √½ from the pattern's
+/// edge; that is no less than f − 0.8365 for f ≥ 1.5, which needs no root in the loop.
 #[derive(Clone, Copy, Debug)]
 pub struct SafeStep {
-    /// 1 / the largest slope of the interpolated field: this share of the gap is safe.
-    pub lipschitz: Real,
+    /// Largest slope of the interpolated field: the gap over it is safe.
+    pub steepest: Real,
     /// The gap less this is safe, too, for distances from 1.5 texels on.
     pub margin: Real,
 }
 
-impl SafeStep {
-    /// Returns the bounds for a map whose stored distances are up to `quantum` texels
-    /// less than the true ones.
-    ///
-    /// Bilinear interpolation of 1-Lipschitz samples is √2-Lipschitz, and
-    /// rounding down to steps adds a step to the difference of two samples. By
-    /// Jensen's inequality a point with the interpolated distance f is at least
-    /// √((f + ½)² − ½) − ½ − √½ from the pattern's edge; that is no less than
-    /// f − 0.8365 for f ≥ 1.5, which needs no root in the loop.
-    #[inline]
-    pub fn new(quantum: Real) -> SafeStep {
-        SafeStep {
-            lipschitz: div(SQRT_HALF, 1.0 + quantum),
-            margin: 0.8365 + quantum,
-        }
-    }
+/// [`SafeStep::margin`] of a map that stores true distances, texels.
+const MARGIN: Real = 0.8365;
+
+/// Sets the quotients of `object` that its map uses.
+#[inline]
+pub(crate) fn set_quotients(object: &mut Object) {
+    let [width, height] = object.map_size;
+    let reach = object.map_reach;
+    object.quotients.gradient_offset = [div(reach, width), div(reach, height)];
+    object.quotients.gradient_scale = div(0.5, reach);
 }
 
-/// √½, as a literal: a cast from f64 would need 64-bit floats in the shader.
+/// √2, as a literal: a cast from f64 would need 64-bit floats in the shader.
 #[allow(clippy::excessive_precision, clippy::approx_constant)]
-const SQRT_HALF: Real = 0.707_106_781_186_547_5;
+const SQRT_2: Real = 1.414_213_562_373_095_1;
 
 #[cfg(test)]
 #[allow(clippy::disallowed_methods)] // References are computed in f64, by the standard library.

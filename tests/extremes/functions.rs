@@ -107,6 +107,7 @@ fn object(map: &Map, depth: f32, extension: f32, bevel: f32, chamfer: f32) -> Ob
         map_format: FORMAT_FLOAT,
         ..Object::default()
     }
+    .complete()
 }
 
 /// Whether a number is a valid input of other functions.

@@ -19,11 +19,10 @@ use std::sync::OnceLock;
 
 /// Shaders that spill scalar registers to lanes of vector ones, by generation and folder.
 /// They must become fewer.
-const SPILL: [(&str, &str, &[&str]); 3] = [
+const SPILL: [(&str, &str, &[&str]); 2] = [
     ("RDNA2", "relievo_exact", PRISMS),
-    // One register each.
-    ("RDNA2", "relievo_fused", PRISMS.split_at(5).0),
-    ("RDNA2", "relievo_fast", PRISMS.split_at(1).0),
+    // One register.
+    ("RDNA2", "relievo_fused", PRISMS.split_at(1).0),
 ];
 const PRISMS: &[&str] = &[
     "color_prisms_straight_shadow",

@@ -94,6 +94,7 @@ plain! {
     layout::Corner: Element::Struct("Corner");
     layout::PlanarCorner: Element::Struct("PlanarCorner");
     layout::Slab: Element::Struct("Slab");
+    layout::Quotients: Element::Struct("Quotients");
 }
 
 /// Makes a function for each struct. A field with a wrong type does not compile.
@@ -138,6 +139,13 @@ structs! {
         unit: f32, "world units", "World units per object unit; not read by these shaders.";
         axes: [[f32; 3]; 3], "", "Axes of object space; not read by these shaders.";
     }
+    quotients Quotients "What follows from an object's parameters: change it with them." {
+        gradient_offset: [f32; 2], "repeats", "`map_reach` / `map_size`.";
+        gradient_scale: f32, "1 / texels", "1 / (2 `map_reach`).";
+        inverse_bevel: f32, "1 / texels", "1 / (`bevel` times the map's width); 0 without a bevel.";
+        part_width: f32, "texels", "`bevel` times the map's width times `chamfer` / `parts`.";
+        inverse_part_width: f32, "1 / texels", "1 / `part_width`; 0 without a bevel.";
+    }
     object Object "Parameters of one object." {
         map_size: [f32; 2], "texels", "Width and height of the shape map, integers.";
         map_step: f32, "texels", "Change of distance per step of a stored code.";
@@ -167,6 +175,7 @@ structs! {
         profile: u32, "", "Profile of the extrusion: 0 straight. A shader for straight profiles does not read it.";
         parts: u32, "", "Number of parts of a profile that has parts, >= 1.";
         number: u32, "", "Number of the object in its scene. Exported shaders do not read it.";
+        quotients: layout::Quotients, "", "What follows from the other parameters.";
     }
     corner Corner "One corner of a triangle." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";
@@ -282,7 +291,7 @@ pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
 
 /// Returns the structs in those buffers, each after the structs it contains.
 pub(super) fn structs(facets: Facets) -> Vec<Struct> {
-    let mut all = vec![frame(), object()];
+    let mut all = vec![frame(), quotients(), object()];
     match facets {
         Facets::Triangles => all.extend([corner(), triangle()]),
         Facets::PlanarTriangles => all.extend([planar_corner(), planar_triangle()]),

@@ -408,7 +408,8 @@ impl PrismRay<'_> {
     /// The bounds are those of the straight march, with the maxima within `longest`
     /// of the texels per object unit and of the growth of the radius.
     fn safe_time(&self, state: &State, distance: f64, gap: f64, longest: f64) -> f64 {
-        let near = gap * self.safe.lipschitz;
+        let steepest = self.safe.steepest;
+        let near = div(gap, steepest);
         let (far, flat) = if distance >= 1.5 {
             let margin = self.safe.margin;
             (
@@ -427,7 +428,7 @@ impl PrismRay<'_> {
         let growth = self.profile.largest_slope() * down;
         let step = max(
             max(
-                div(near, max(speed + self.safe.lipschitz * growth, 1e-18)),
+                div(gap, max(steepest * speed + growth, 1e-18)),
                 div(far, max(speed + growth, 1e-18)),
             ),
             div(flat, max(speed, 1e-18)),
@@ -482,7 +483,7 @@ pub(super) fn search(
         profile,
         map,
         texels,
-        safe: SafeStep::new(map.quantum),
+        safe: map.safe,
         origin: from_eye + direction * enter,
         direction,
     };

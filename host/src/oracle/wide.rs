@@ -88,7 +88,9 @@ pub fn wide_object(object: &Object) -> double::Object {
         profile: object.profile,
         parts: object.parts,
         number: object.number,
+        quotients: double::Quotients::default(),
     }
+    .complete()
 }
 
 /// Widens a frame.

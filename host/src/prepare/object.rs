@@ -11,7 +11,9 @@ use crate::scene::{Material, Scene, SceneObject, Shape};
 use crate::shape_map::{ShapeMap, Storage};
 use glam::DVec3;
 use rayon::prelude::*;
-use relievo_shared::layout::{Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, Triangle};
+use relievo_shared::layout::{
+    Corner, Object, Quotients, SEARCH_EXTRUSION, SEARCH_PRISMS, Triangle,
+};
 use relievo_shared::profile::{Profile, know_upright};
 use std::sync::Arc;
 
@@ -89,7 +91,9 @@ pub(super) fn prepare_object(
         parts: extrusion.parts,
         // Set below.
         number: 0,
-    };
+        quotients: Quotients::default(),
+    }
+    .complete();
     check_growth(&mut parameters, &object.shape, &map).map_err(|problem| Error::Object {
         scene: scene.path.clone(),
         name: object.name.clone(),
@@ -248,6 +252,7 @@ fn check_growth(object: &mut Object, shape: &Shape, map: &ShapeMap) -> Result<()
         if is_empty {
             object.extension = 0.0;
             know_upright(object);
+            *object = object.complete();
         }
         return Ok(());
     }

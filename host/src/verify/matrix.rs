@@ -92,6 +92,7 @@ pub fn for_each_variant<E>(
                 parameters.cut_out = variation.cut_out.into();
                 parameters.self_shadow = variation.self_shadow.into();
                 parameters.search = search_of(tier.code(), relief);
+                *parameters = parameters.complete();
             }
             result = visit(scene, &format!("{}, {}", tier.name(), variation.name));
         }

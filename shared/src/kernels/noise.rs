@@ -46,4 +46,5 @@ pub(super) fn noise_object(choice: u32) -> Object {
         tier: TIER_FAST,
         ..Object::default()
     }
+    .complete()
 }

@@ -108,7 +108,8 @@ impl Scene {
             bevel: bevel as f32,
             chamfer: chamfer as f32,
             ..sample.object
-        };
+        }
+        .complete();
         let q = random.choose(&[0.0, 0.02, 0.2, 2.0]) * random.within(-1.0, 1.0) / depth;
         let z = random.choose(&[0.02, 0.3, 1.0]) * random.within(-0.2, 1.0);
         let angle = random.within(0.0, TAU);
@@ -356,7 +357,8 @@ fn a_bent_path_passes_nothing() {
             profile: random.whole(0, PROFILES - 1),
             parts: random.whole(1, 5),
             ..sample.object
-        };
+        }
+        .complete();
         let profile = Profile::new(&object);
         let found = march(
             &path,

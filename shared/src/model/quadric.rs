@@ -146,14 +146,16 @@ impl QuadraticPath {
 
         // The root where the ray goes down, in the form without cancellation.
         let sum = v_z + slope;
-        let (enters, entry) = if v_z < 0.0 && (q > 0.0 || (q < 0.0 && sum > FLAT)) {
-            (true, div(0.5 * (v_z - slope), q))
+        let (enters, numerator, denominator) = if v_z < 0.0 && (q > 0.0 || (q < 0.0 && sum > FLAT))
+        {
+            (true, 0.5 * (v_z - slope), q)
         } else if sum > FLAT {
-            (true, div(-2.0 * facet_depth, sum))
+            (true, -2.0 * facet_depth, sum)
         } else {
             // Along the cap (v_z = 0): enters here. Away from it: never.
-            (v_z >= 0.0, 0.0)
+            (v_z >= 0.0, 0.0, 1.0)
         };
+        let entry = div(numerator, denominator);
 
         let exit = if q > 0.0 { div(slope, q) } else { FAR };
         let floor_radicand = slope * slope - 4.0 * q * floor_depth;
@@ -259,13 +261,14 @@ impl QuadraticPath {
             0.0,
         ));
         let excess = 2.0 * self.slope - last_slope;
-        let deepest = if excess >= 0.0 && excess + root > FLAT {
-            div(self.slope, excess + root)
+        let (numerator, denominator) = if excess >= 0.0 && excess + root > FLAT {
+            (self.slope, excess + root)
         } else if excess < 0.0 {
-            div(root - excess, 3.0 * (last_slope - self.slope))
+            (root - excess, 3.0 * (last_slope - self.slope))
         } else {
-            0.5
+            (0.5, 1.0)
         };
+        let deepest = div(numerator, denominator);
         let ends_on_floor = depth(deepest * length) >= 1.0;
         // The depth grows up to there.
         let mut before = 0.0;

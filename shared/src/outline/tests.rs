@@ -180,7 +180,8 @@ fn every_pixel_that_comes_in_through_a_prism_lies_in_its_outline() {
         map_reach: 1.0,
         depth: 0.3,
         ..Object::default()
-    };
+    }
+    .complete();
     let (mut met, mut spared, mut grown) = (0, 0, 0);
     for round in 0..3_000 {
         let corners = [Vec3::ZERO, Vec3::X, Vec3::Y].map(|place| {

@@ -96,25 +96,20 @@ impl Profile {
         }
     }
 
-    /// Returns the profile of `object`, from width units to texels.
+    /// Returns the profile of the [complete](Object::complete) `object`, from width units to
+    /// texels.
     #[inline]
     pub fn new(object: &Object) -> Profile {
-        let bevel = object.bevel * object.map_size[0];
-        let parts = max(object.parts as i32 as Real, 1.0);
-        let part_width = div(bevel * object.chamfer, parts);
+        let quotients = &object.quotients;
         Profile {
             number: object.profile,
             extension: object.extension * object.map_size[0],
-            bevel,
+            bevel: object.bevel * object.map_size[0],
             chamfer: object.chamfer,
-            inverse_bevel: if bevel > 1e-12 { div(1.0, bevel) } else { 0.0 },
-            parts,
-            part_width,
-            inverse_part_width: if part_width > 1e-12 {
-                div(1.0, part_width)
-            } else {
-                0.0
-            },
+            inverse_bevel: quotients.inverse_bevel,
+            parts: parts(object),
+            part_width: quotients.part_width,
+            inverse_part_width: quotients.inverse_part_width,
             // Read from the object, since specialised shaders know it when compiled.
             grows: grows(object),
         }
@@ -258,6 +253,23 @@ impl<F: FnOnce() -> Real> Question for IsGrowing<F> {
     }
 }
 
+/// Returns the number of parts of the profile of `object`, ≥ 1.
+#[inline]
+fn parts(object: &Object) -> Real {
+    max(object.parts as i32 as Real, 1.0)
+}
+
+/// Sets the quotients of `object` that profiles use.
+#[inline]
+pub(crate) fn set_quotients(object: &mut Object) {
+    let bevel = object.bevel * object.map_size[0];
+    let part_width = div(bevel * object.chamfer, parts(object));
+    let inverse = |x: Real| if x > 1e-12 { div(1.0, x) } else { 0.0 };
+    object.quotients.inverse_bevel = inverse(bevel);
+    object.quotients.part_width = part_width;
+    object.quotients.inverse_part_width = inverse(part_width);
+}
+
 /// Returns whether the pattern of `object` grows with the depth.
 #[inline]
 pub fn grows(object: &Object) -> bool {
@@ -268,6 +280,7 @@ pub fn grows(object: &Object) -> bool {
 #[inline]
 pub fn know_upright(object: &mut Object) {
     object.bevel = 0.0;
+    object.quotients.inverse_bevel = 0.0;
 }
 
 /// Lets the compiler know that the profile of `object` is straight.

@@ -61,14 +61,17 @@ mod tests {
     use crate::layout::Object;
 
     fn profile() -> Profile {
-        Profile::new(&Object {
-            map_size: [100.0, 50.0],
-            extension: 0.02,
-            bevel: 0.5,
-            chamfer: 0.4,
-            profile: Rounded::NUMBER,
-            ..Object::default()
-        })
+        Profile::new(
+            &Object {
+                map_size: [100.0, 50.0],
+                extension: 0.02,
+                bevel: 0.5,
+                chamfer: 0.4,
+                profile: Rounded::NUMBER,
+                ..Object::default()
+            }
+            .complete(),
+        )
     }
 
     #[test]

@@ -88,15 +88,18 @@ mod tests {
 
     /// Four terraces of 5 texels, and as many steps of a tenth of the depth.
     fn profile() -> Profile {
-        Profile::new(&Object {
-            map_size: [100.0, 50.0],
-            extension: 0.02,
-            bevel: 0.5,
-            chamfer: 0.4,
-            profile: Stepped::NUMBER,
-            parts: 4,
-            ..Object::default()
-        })
+        Profile::new(
+            &Object {
+                map_size: [100.0, 50.0],
+                extension: 0.02,
+                bevel: 0.5,
+                chamfer: 0.4,
+                profile: Stepped::NUMBER,
+                parts: 4,
+                ..Object::default()
+            }
+            .complete(),
+        )
     }
 
     #[test]

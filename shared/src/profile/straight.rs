@@ -38,13 +38,16 @@ mod tests {
     use crate::profile::Profile;
 
     fn profile(width: f32, extension: f32, bevel: f32, chamfer: f32) -> Profile {
-        Profile::new(&Object {
-            map_size: [width, 50.0],
-            extension,
-            bevel,
-            chamfer,
-            ..Object::default()
-        })
+        Profile::new(
+            &Object {
+                map_size: [width, 50.0],
+                extension,
+                bevel,
+                chamfer,
+                ..Object::default()
+            }
+            .complete(),
+        )
     }
 
     #[test]

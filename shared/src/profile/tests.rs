@@ -6,15 +6,18 @@ use crate::techniques::{PROFILES, TECHNIQUES};
 
 /// A profile of any kind, in a map of 64 texels.
 fn random_profile(random: &mut Random, kind: u32) -> Profile {
-    Profile::new(&Object {
-        map_size: [64.0, 64.0],
-        extension: random.within(-0.1, 0.1) as f32,
-        bevel: random.magnitude(1e-3, 1.0) as f32,
-        chamfer: random.choose(&[0.0, 0.05, 0.5, 1.0]) as f32,
-        profile: kind,
-        parts: random.whole(1, 6),
-        ..Object::default()
-    })
+    Profile::new(
+        &Object {
+            map_size: [64.0, 64.0],
+            extension: random.within(-0.1, 0.1) as f32,
+            bevel: random.magnitude(1e-3, 1.0) as f32,
+            chamfer: random.choose(&[0.0, 0.05, 0.5, 1.0]) as f32,
+            profile: kind,
+            parts: random.whole(1, 6),
+            ..Object::default()
+        }
+        .complete(),
+    )
 }
 
 /// Calls `check` for many random profiles of every kind.

@@ -124,7 +124,8 @@ impl Sample {
                 depth: 1.0,
                 chamfer: 1.0,
                 ..Object::default()
-            },
+            }
+            .complete(),
             words,
             width,
             height,
@@ -376,14 +377,17 @@ fn no_texture_coordinate_leads_outside_the_map() {
     for case in 0..300 {
         let (width, height) = (random.whole(1, 9), random.whole(1, 9));
         let (format, packing, _) = FORMS[case % FORMS.len()];
-        let map = ShapeMap::new(&Object {
-            map_reach: 2.0,
-            map_size: [width as f32, height as f32],
-            map_step: 0.5,
-            map_packing: packing,
-            map_format: format,
-            ..Object::default()
-        });
+        let map = ShapeMap::new(
+            &Object {
+                map_reach: 2.0,
+                map_size: [width as f32, height as f32],
+                map_step: 0.5,
+                map_packing: packing,
+                map_format: format,
+                ..Object::default()
+            }
+            .complete(),
+        );
         let texels = Bounded((width * height).div_ceil(1 << packing));
         for u in special {
             for v in special {
@@ -421,13 +425,16 @@ fn the_gradient_of_a_straight_edge_is_one_across_it() {
 
 #[test]
 fn the_paper_form_stores_its_normals() {
-    let map = ShapeMap::new(&Object {
-        map_reach: 2.0,
-        map_size: [2.0, 1.0],
-        map_step: 1.0,
-        map_format: FORMAT_PAPER,
-        ..Object::default()
-    });
+    let map = ShapeMap::new(
+        &Object {
+            map_reach: 2.0,
+            map_size: [2.0, 1.0],
+            map_step: 1.0,
+            map_format: FORMAT_PAPER,
+            ..Object::default()
+        }
+        .complete(),
+    );
     // R and G are 255 and 0 at the left, 0 and 255 at the right.
     let words = [0xff07_00ff_u32, 0xff07_ff00];
     let gradient = |u| map.gradient(&words[..], Vec2::new(u, 0.5));
@@ -453,7 +460,7 @@ fn worst_step(
     for _ in 0..maps {
         let sample = Sample::random(&mut random);
         let map = sample.map();
-        let safe = SafeStep::new(map.quantum);
+        let safe = map.safe;
         for _ in 0..rays {
             let uv = Vec2::new(
                 random.within(0.0, 1.0) as f32,
@@ -497,7 +504,7 @@ fn worst_step(
 /// The safe displacement for a fixed radius, texels, ≥ 0.
 fn at_fixed_radius(safe: &SafeStep, distance: Real, radius: Real) -> Real {
     let gap = distance - radius;
-    let near = gap * safe.lipschitz;
+    let near = gap / safe.steepest;
     let far = if distance >= 1.5 {
         gap - safe.margin
     } else {
@@ -520,7 +527,7 @@ fn longer_steps_sink_below_the_radius() {
     let too_long: [fn(&SafeStep, f32, f32) -> f32; 3] = [
         |_, f, r| f - r,
         // A little more than the slope allows.
-        |safe, f, r| 1.2 * (f - r) * safe.lipschitz,
+        |safe, f, r| 1.2 * (f - r) / safe.steepest,
         // A tenth of the margin that Jensen's inequality asks for.
         |safe, f, r| {
             if f >= 1.5 {

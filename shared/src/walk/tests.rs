@@ -47,6 +47,7 @@ fn object() -> Object {
         depth: 0.5,
         ..Object::default()
     }
+    .complete()
 }
 
 const TEXELS: [f32; 4] = [-0.5, -0.5, 0.5, 0.5];

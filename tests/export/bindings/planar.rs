@@ -49,6 +49,22 @@ pub struct Frame {
     pub axes: [[f32; 3]; 3],
 }
 
+/// What follows from an object's parameters: change it with them.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Quotients {
+    /// `map_reach` / `map_size`. In repeats.
+    pub gradient_offset: [f32; 2],
+    /// 1 / (2 `map_reach`). In 1 / texels.
+    pub gradient_scale: f32,
+    /// 1 / (`bevel` times the map's width); 0 without a bevel. In 1 / texels.
+    pub inverse_bevel: f32,
+    /// `bevel` times the map's width times `chamfer` / `parts`. In texels.
+    pub part_width: f32,
+    /// 1 / `part_width`; 0 without a bevel. In 1 / texels.
+    pub inverse_part_width: f32,
+}
+
 /// Parameters of one object.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -109,6 +125,8 @@ pub struct Object {
     pub parts: u32,
     /// Number of the object in its scene. Exported shaders do not read it.
     pub number: u32,
+    /// What follows from the other parameters.
+    pub quotients: Quotients,
 }
 
 /// One corner of a triangle of the planar tier.

@@ -18,13 +18,16 @@ const BASIC: [f64; 3] = [0.0, 0.0, 1.0];
 const BEVELED: [f64; 3] = [0.05, 0.2, 0.6];
 
 fn profile(map: &ShapeMap, [extension, bevel, chamfer]: [f64; 3]) -> Profile {
-    Profile::new(&Object {
-        map_size: [f64::from(map.width()), f64::from(map.height())],
-        extension,
-        bevel,
-        chamfer,
-        ..Object::default()
-    })
+    Profile::new(
+        &Object {
+            map_size: [f64::from(map.width()), f64::from(map.height())],
+            extension,
+            bevel,
+            chamfer,
+            ..Object::default()
+        }
+        .complete(),
+    )
 }
 
 fn oracle<'a>(map: &'a ShapeMap, shape: &'a dyn Shape) -> AnalyticOracle<'a> {

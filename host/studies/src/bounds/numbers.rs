@@ -188,7 +188,8 @@ fn radius(rng: &mut Rng, bevel: f64) -> Sample {
         bevel: bevel as f32 / SIDE as f32,
         chamfer: rng.f32(),
         ..Object::default()
-    };
+    }
+    .complete();
     let depth_fraction = rng.f32();
     let found = single::profile::Profile::new(&object).radius(depth_fraction);
     let expected =
@@ -220,7 +221,8 @@ fn bevel_normal(rng: &mut Rng, growth: f64) -> Sample {
     let object = Object {
         bevel: growth as f32 / SIDE as f32,
         ..disc_object(magnitude(rng, 1e-3, 1.0) as f32)
-    };
+    }
+    .complete();
     // Near the outline, not at the disc's centre.
     let angle = std::f64::consts::TAU * rng.f64();
     let uv = (DVec2::splat(0.5) + DVec2::from_angle(angle) * (9.3 / f64::from(SIDE))).as_vec2();

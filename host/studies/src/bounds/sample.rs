@@ -91,4 +91,5 @@ pub(super) fn disc_object(depth: f32) -> Object {
         map_format: FORMAT_CODES,
         ..Object::default()
     }
+    .complete()
 }
