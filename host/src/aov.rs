@@ -21,24 +21,32 @@
 //! let prepared = prepare(&scene, &|_| ())?;
 //! let words = CpuRenderer::new(&prepared).geometry(&prepared.frame)?;
 //! let folder = tempfile::tempdir().unwrap();
-//! save_exr(&folder.path().join("aov.exr"), &words, &scene, &prepared)?;
+//! let view = prepared.view();
+//! save_exr(&folder.path().join("aov.exr"), &words, &scene, &prepared, &view, None)?;
 //! # Ok::<(), relievo::Error>(())
 //! ```
 
 use crate::Error;
 use crate::file::write_bytes;
-use crate::prepare::PreparedScene;
+use crate::motion::Moment;
+use crate::prepare::{PreparedScene, View};
 use crate::render::{GeometryWords, Hit, Hits};
 use crate::scene::Scene;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec,
+    WritableImage,
 };
 use std::path::Path;
 
 /// Estimated bytes per pixel: eight words, the object, and four bytes per channel twice, since
 /// the encoded file is held too.
 pub const PIXEL_BYTES: u64 = 36 + 8 * CHANNELS.len() as u64;
+/// Estimated bytes per pixel of motion vectors.
+pub const MOTION_BYTES: u64 = 8 + 8 * MOTION.len() as u64;
+
+/// Channels of motion vectors.
+const MOTION: [&str; 2] = ["motion.x", "motion.y"];
 
 /// A channel of the file.
 struct Channel {
@@ -67,47 +75,57 @@ const CHANNELS: &[Channel] = &[
     Channel { name: "instance", value: Value::Integer(|hit| hit.prepared().map_or(0, |object| 1 + object.instance as u32)) },
 ];
 
-/// Writes the picture `words` of `prepared` in its own frame as OpenEXR, with
+/// Writes the picture `words` of `prepared` in `view` as OpenEXR, with
 /// camera, scene and version in the metadata.
 ///
 /// The channels are `t` (distance along the ray, world units), `u`, `v` (texture
 /// coordinates within one repeat, v down), `delta` (depth fraction), `class` (0
 /// miss, 1 cap, 2 wall, 3 bevel, 4 floor), `N.x`, `N.y`, `N.z` (unit normal,
 /// world axes), `object` (its number in the scene, from 1) and `instance` (that of the
-/// object, from 1). All are 0 for a miss.
+/// object, from 1). With the moment `before`, `motion.x` and `motion.y` are how many pixels to
+/// the right and down the point has moved since then. All are 0 for a miss.
 ///
 /// # Errors
 /// [`Error::Write`] or [`Error::Encode`].
 ///
 /// # Panics
-/// If `words` and the frame of `prepared` differ in size.
+/// If `words` and `view` differ in size.
 pub fn save_exr(
     path: &Path,
     words: &GeometryWords,
     scene: &Scene,
     prepared: &PreparedScene,
+    view: &View,
+    before: Option<&Moment>,
 ) -> Result<(), Error> {
-    let hits = Hits::new(prepared, &prepared.frame, words);
-    let list = CHANNELS
-        .iter()
-        .map(|Channel { name, value }| {
-            let samples = match value {
-                Value::Float(value) => {
-                    let values = hits.pixels().map(|hit| hit.map_or(0.0, value));
-                    FlatSamples::F32(values.collect())
-                }
-                Value::Integer(value) => {
-                    let values = hits.pixels().map(|hit| hit.map_or(0, value));
-                    FlatSamples::U32(values.collect())
-                }
-            };
-            AnyChannel::new(*name, samples)
-        })
-        .collect();
+    let hits = Hits::new(prepared, &view.frame, words);
+    let channels = CHANNELS.iter().map(|Channel { name, value }| {
+        let samples = match value {
+            Value::Float(value) => {
+                let values = hits.pixels().map(|hit| hit.map_or(0.0, value));
+                FlatSamples::F32(values.collect())
+            }
+            Value::Integer(value) => {
+                let values = hits.pixels().map(|hit| hit.map_or(0, value));
+                FlatSamples::U32(values.collect())
+            }
+        };
+        AnyChannel::new(*name, samples)
+    });
+    let mut list: SmallVec<[AnyChannel<FlatSamples>; 4]> = channels.collect();
+    if let Some(before) = before {
+        let motion = before.motion(prepared);
+        let vectors = hits.pixels().map(|hit| hit.map_or([0.0; 2], &motion));
+        let vectors: Vec<[f32; 2]> = vectors.collect();
+        for (axis, name) in MOTION.into_iter().enumerate() {
+            let values = vectors.iter().map(|vector| vector[axis]);
+            list.push(AnyChannel::new(name, FlatSamples::F32(values.collect())));
+        }
+    }
 
     let mut attributes = LayerAttributes::named("relievo");
     attributes.software_name = Some(Text::from(concat!("relievo ", env!("CARGO_PKG_VERSION"))));
-    let camera = &prepared.camera;
+    let camera = &view.camera;
     let vector = |v: [f64; 3]| AttributeValue::FloatVec3((v[0] as f32, v[1] as f32, v[2] as f32));
     attributes.other.extend([
         (Text::from("relievo.camera.eye"), vector(camera.eye)),

@@ -35,6 +35,7 @@ pub mod files;
 mod hierarchy;
 pub mod limits;
 pub mod mesh;
+pub mod motion;
 pub mod oracle;
 pub mod overlay;
 pub mod picture;

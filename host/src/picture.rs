@@ -88,34 +88,86 @@ impl Picture {
         Ok(bytes)
     }
 
+    /// Writes pictures of one size as an animated PNG that repeats for ever, with
+    /// `frames_per_second` rounded to thousandths, and `comments` as [`Picture::save_png`] does.
+    ///
+    /// # Errors
+    /// [`Error::Write`] or [`Error::Encode`].
+    ///
+    /// # Panics
+    /// If there are no pictures, or their sizes differ.
+    pub fn save_animation(
+        pictures: &[Picture],
+        frames_per_second: f64,
+        path: &Path,
+        comments: &[(&str, &str)],
+    ) -> Result<(), Error> {
+        let first = &pictures[0];
+        let is_even =
+            |picture: &Picture| (picture.width, picture.height) == (first.width, first.height);
+        assert!(pictures.iter().all(is_even));
+        let encode = encoding_error(path);
+        write_whole(path, |file| {
+            let mut encoder = first.encoder(file, comments).map_err(&encode)?;
+            encoder
+                .set_animated(pictures.len() as u32, 0)
+                .map_err(&encode)?;
+            // A delay of two whole numbers below 65536.
+            let (mut numerator, mut denominator) = (1000.0, 1000.0 * frames_per_second);
+            while denominator > f64::from(u16::MAX) {
+                (numerator, denominator) = (numerator / 10.0, denominator / 10.0);
+            }
+            encoder
+                .set_frame_delay(numerator as u16, denominator.round() as u16)
+                .map_err(&encode)?;
+            let mut writer = encoder.write_header().map_err(&encode)?;
+            for picture in pictures {
+                writer.write_image_data(&picture.bytes).map_err(&encode)?;
+            }
+            writer.finish().map_err(&encode)
+        })
+    }
+
     fn encode(
         &self,
         file: impl Write,
         path: &Path,
         comments: &[(&str, &str)],
     ) -> Result<(), Error> {
-        let encode = |error: png::EncodingError| match error {
-            png::EncodingError::IoError(source) => Error::Write {
-                path: path.to_path_buf(),
-                source,
-            },
-            other => Error::Encode {
-                path: path.to_path_buf(),
-                message: other.to_string(),
-            },
-        };
+        let encode = encoding_error(path);
+        let encoder = self.encoder(file, comments).map_err(&encode)?;
+        let mut writer = encoder.write_header().map_err(&encode)?;
+        writer.write_image_data(&self.bytes).map_err(&encode)?;
+        writer.finish().map_err(&encode)
+    }
+
+    fn encoder<W: Write>(
+        &self,
+        file: W,
+        comments: &[(&str, &str)],
+    ) -> Result<png::Encoder<'static, W>, png::EncodingError> {
         let mut encoder = png::Encoder::new(file, self.width, self.height);
         encoder.set_color(png::ColorType::Rgb);
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         for (keyword, text) in comments {
-            encoder
-                .add_itxt_chunk((*keyword).to_string(), (*text).to_string())
-                .map_err(encode)?;
+            encoder.add_itxt_chunk((*keyword).to_string(), (*text).to_string())?;
         }
-        let mut writer = encoder.write_header().map_err(encode)?;
-        writer.write_image_data(&self.bytes).map_err(encode)?;
-        writer.finish().map_err(encode)
+        Ok(encoder)
+    }
+}
+
+/// Returns the conversion of the encoder's errors for the file at `path`.
+fn encoding_error(path: &Path) -> impl Fn(png::EncodingError) -> Error + '_ {
+    move |error| match error {
+        png::EncodingError::IoError(source) => Error::Write {
+            path: path.to_path_buf(),
+            source,
+        },
+        other => Error::Encode {
+            path: path.to_path_buf(),
+            message: other.to_string(),
+        },
     }
 }
 

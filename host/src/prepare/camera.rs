@@ -5,8 +5,25 @@ use crate::scene::{Camera, Scene};
 use glam::DVec3;
 use relievo_shared::layout::{Frame, UPRIGHT_AXES};
 
+/// From where and in which light a prepared scene is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// The camera, world units.
+    pub camera: Camera,
+    /// Camera, light and picture size, one sample per pixel.
+    pub frame: Frame,
+}
+
+/// Returns the camera of `scene`, whose meshes are in `bounds`.
+pub(super) fn camera_of(scene: &Scene, bounds: &Bounds) -> Camera {
+    let camera = scene.camera;
+    camera
+        .unwrap_or_else(|| default_camera(bounds, scene))
+        .orbited(scene.orbit)
+}
+
 /// Returns a camera that sees everything, from the front, right and above.
-pub(super) fn default_camera(bounds: &Bounds, scene: &Scene) -> Camera {
+fn default_camera(bounds: &Bounds, scene: &Scene) -> Camera {
     let centre = bounds.centre();
     let radius = (0.5 * bounds.diagonal()).max(1e-12);
     let half = 0.5 * scene.field_of_view.to_radians();

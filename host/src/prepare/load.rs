@@ -1,7 +1,7 @@
 //! Loads the files of a scene, from which its objects can be prepared in
 //! several ways.
 
-use super::camera::{default_camera, frame, sees};
+use super::camera::{camera_of, frame, sees};
 use super::meshes::{LoadedMesh, MeshCache, cached, load_meshes};
 use super::object::{Common, prepare_object};
 use super::placement::Placement;
@@ -65,8 +65,8 @@ impl<'a> LoadedScene<'a> {
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<LoadedScene<'a>, Error> {
         let is_seen = |bounds: &Bounds| {
-            let camera = scene.camera.as_ref();
-            camera.is_none_or(|camera| sees(scene, camera, bounds))
+            let camera = scene.camera.map(|camera| camera.orbited(scene.orbit));
+            camera.is_none_or(|camera| sees(scene, &camera, bounds))
         };
         LoadedScene::load_seen(scene, &is_seen, Assets::default(), progress)
     }
@@ -132,9 +132,7 @@ impl<'a> LoadedScene<'a> {
                 max: a.max.max(b.max),
             })
             .expect("a scene has at least one object");
-        let camera = scene
-            .camera
-            .unwrap_or_else(|| default_camera(&bounds, scene));
+        let camera = camera_of(scene, &bounds);
         Ok(LoadedScene {
             frame: frame(scene, &camera, bounds.centre(), &bounds, scene.size),
             scene,

@@ -41,7 +41,7 @@ mod step;
 #[cfg(test)]
 pub(crate) mod tests;
 
-pub use camera::{finer, unlit_frame};
+pub use camera::{View, finer, unlit_frame};
 pub use load::Assets;
 pub(crate) use load::LoadedScene;
 pub use placement::Placement;

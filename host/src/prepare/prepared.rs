@@ -1,6 +1,6 @@
 //! A prepared scene: plain data that renderers read.
 
-use super::camera::{finer, frame};
+use super::camera::{View, camera_of, finer, frame};
 use super::exits::number_of_exits;
 use super::placement::Placement;
 use crate::mesh::{Bounds, LocalDepth, Mesh, MeshPrism};
@@ -78,6 +78,24 @@ impl PreparedScene {
     /// prepared.
     pub fn frame_from(&self, scene: &Scene, camera: &Camera, size: [u32; 2]) -> Frame {
         frame(scene, camera, self.origin, &self.bounds, size)
+    }
+
+    /// Returns its own view.
+    pub fn view(&self) -> View {
+        View {
+            camera: self.camera,
+            frame: self.frame,
+        }
+    }
+
+    /// Returns the view with camera and light of `scene`: the scene that was prepared, at
+    /// another time ([`Scene::is_still`]).
+    pub fn view_of(&self, scene: &Scene) -> View {
+        let camera = camera_of(scene, &self.bounds);
+        View {
+            camera,
+            frame: self.frame_from(scene, &camera, self.size),
+        }
     }
 
     /// Returns the frame with `factor` samples per pixel side.

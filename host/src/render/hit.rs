@@ -108,6 +108,11 @@ impl<'a> Hits<'a> {
 }
 
 impl Hit<'_, '_> {
+    /// Returns the column and the row of the pixel, from the top left.
+    pub fn pixel(&self) -> [u32; 2] {
+        [self.x, self.y]
+    }
+
     /// Returns the distance of the hit from the eye, world units.
     pub fn t(&self) -> f32 {
         self.hits.words.t(self.index())

@@ -2,7 +2,7 @@
 
 use super::{
     Camera, Color, Instances, Light, MapOptions, Material, Scene, SceneObject, Shape, Technique,
-    Tier,
+    Tier, Track,
 };
 use crate::mesh::{MeshSource, Projection};
 use crate::{Files, Limits};
@@ -47,6 +47,28 @@ impl Scene {
     #[must_use]
     pub fn field_of_view(mut self, degrees: f64) -> Scene {
         self.field_of_view = degrees;
+        self
+    }
+
+    /// Sets the angle by which the eye is turned around the target about the up direction,
+    /// degrees.
+    #[must_use]
+    pub fn orbit(mut self, degrees: f64) -> Scene {
+        self.orbit = degrees;
+        self
+    }
+
+    /// Adds values that change with time.
+    #[must_use]
+    pub fn track(mut self, track: Track) -> Scene {
+        self.tracks.push(track);
+        self
+    }
+
+    /// Sets the frames per second of a sequence.
+    #[must_use]
+    pub fn frame_rate(mut self, frames_per_second: f64) -> Scene {
+        self.frame_rate = frames_per_second;
         self
     }
 

@@ -1,7 +1,7 @@
 //! Checks of scenes, whether they were read from a file or made in code.
 
 use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT};
-use super::{Instances, Scene, SceneError, SceneObject, Search, Shape, Tier};
+use super::{Instances, Scene, SceneError, SceneObject, Search, Shape, Tier, animation};
 use glam::DVec3;
 use relievo_shared::profile;
 use relievo_shared::techniques::PROFILES;
@@ -14,7 +14,7 @@ const LONGEST_TEXT: usize = 4096;
 const LEAST_UP: f64 = 1e-6;
 
 /// A key with its tables, and what is wrong with its value.
-type Problem = (String, String);
+pub(super) type Problem = (String, String);
 
 impl Scene {
     /// Checks that every value is in its range and that values fit each other.
@@ -34,15 +34,23 @@ impl Scene {
     /// # Errors
     /// [`SceneError::Invalid`] for the first value that is not allowed.
     pub fn check(&self) -> Result<(), SceneError> {
-        check(self).map_err(|(key, problem)| SceneError::Invalid {
+        check_values(self)
+            .and_then(|()| animation::check(self))
+            .map_err(|(key, problem)| self.invalid(key, problem))
+    }
+
+    /// Returns the error for a key.
+    pub(super) fn invalid(&self, key: String, problem: String) -> SceneError {
+        SceneError::Invalid {
             path: self.path.clone(),
             key,
             problem,
-        })
+        }
     }
 }
 
-fn check(scene: &Scene) -> Result<(), Problem> {
+/// Checks everything but what changes with time.
+pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
     ranges(scene, IMAGE, "image.")?;
     ranges(scene, CAMERA, "camera.")?;
     ranges(scene, LIGHT, "light.")?;

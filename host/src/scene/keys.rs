@@ -14,7 +14,10 @@
 
 use super::instances::{FAR, SCALES};
 use super::value::{Field, number};
-use super::{Camera, Color, Instances, Scene, SceneObject, Search, Shape, Technique, Tier};
+use super::{
+    Camera, Color, Instances, Interpolation, Scene, SceneObject, Search, Shape, Technique, Tier,
+    Track,
+};
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::{LARGEST_RASTER, Lettering, SMALLEST_RASTER, Storage};
 use std::path::PathBuf;
@@ -127,6 +130,9 @@ pub static IMAGE: &[Key<Scene>] = &[
         },
     ),
     key!(Scene, "background", background: Color, "Colour where no object is.").range(0.0, 1.0),
+    key!(Scene, "frame_rate", frame_rate: f64, "Frames per second of a sequence ([animation](#animation)).")
+        .range(1e-3, 1e3)
+        .unit("1/s"),
 ];
 
 /// Keys of the table `[camera]`.
@@ -145,6 +151,9 @@ pub static CAMERA: &[Key<Scene>] = &[
     camera_key!("up", up, "Up direction, not along the view; needs `eye`.")
         .default("`[0, 1, 0]`")
         .unit(""),
+    key!(Scene, "orbit", orbit: f64, "Angle by which the eye is turned around the target about the up direction.")
+        .range(-FAR, FAR)
+        .unit("°"),
     key!(Scene, "fov", field_of_view: f64, "Vertical field of view.")
         .range(0.01, 179.0)
         .unit("°")
@@ -318,6 +327,17 @@ pub static TEXT: &[Key<Lettering>] = &[
     key!(Lettering, "margin", margin: f64, "Free margin on each side.")
         .range(0.0, 10.0)
         .unit("line heights"),
+];
+
+/// Keys of a table `[[animate]]`.
+pub static TRACK: &[Key<Track>] = &[
+    key!(Track, "key", key: String, "The key whose value changes, with its table: `camera.eye`, `light.intensity`, `object.NAME.depth`, `object.NAME.material.cap`.")
+        .required(),
+    key!(Track, "times", times: Vec<f64>, "Times of the key frames, each later than the one before.")
+        .unit("s")
+        .required(),
+    key!(Track, "values", values: Vec<Vec<f64>>, "The values at these times.").required(),
+    key!(Track, "interpolation", interpolation: Interpolation, "What is between two key frames: a line, a smooth curve through all of them, or the value of the earlier one."),
 ];
 
 /// Tolerance and clamping exist in the accurate tier.

@@ -27,6 +27,7 @@
 //! # Ok::<(), relievo::scene::SceneError>(())
 //! ```
 
+mod animation;
 mod builder;
 mod check;
 mod color;
@@ -41,6 +42,7 @@ mod shape;
 mod technique;
 mod tidy;
 mod tier;
+mod track;
 mod value;
 mod write;
 
@@ -56,3 +58,4 @@ pub use object::{Extrusion, MapOptions, Material, SceneObject};
 pub use shape::Shape;
 pub use technique::Technique;
 pub use tier::{Search, Tier};
+pub use track::{Interpolation, Track};

@@ -1,6 +1,6 @@
 //! The scene: picture, camera, light and objects.
 
-use super::{Color, SceneObject};
+use super::{Color, SceneObject, Track};
 use crate::{Files, Limits};
 use std::path::PathBuf;
 
@@ -20,12 +20,18 @@ pub struct Scene {
     pub background: Color,
     /// The camera; `None` shows the whole scene from its front, right and above.
     pub camera: Option<Camera>,
+    /// Angle by which the eye is turned around the target about the up direction, degrees.
+    pub orbit: f64,
     /// Vertical field of view, degrees.
     pub field_of_view: f64,
     /// The light.
     pub light: Light,
     /// The objects.
     pub objects: Vec<SceneObject>,
+    /// Values that change with time, for [`Scene::at_time`].
+    pub tracks: Vec<Track>,
+    /// Frames per second of a sequence.
+    pub frame_rate: f64,
     /// Limits of what the scene may load.
     pub limits: Limits,
     /// Files that the scene may read.
@@ -42,9 +48,12 @@ impl Default for Scene {
             supersampling: 1,
             background: Color::from_hex(0xe9edf2),
             camera: None,
+            orbit: 0.0,
             field_of_view: 45.0,
             light: Light::default(),
             objects: Vec::new(),
+            tracks: Vec::new(),
+            frame_rate: 24.0,
             limits: Limits::trusting(),
             files: Files::Disk,
         }

@@ -1,8 +1,8 @@
 //! Reading of scene files.
 
-use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT};
+use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, TRACK};
 use super::value::one_of;
-use super::{Scene, SceneError, SceneObject, Shape, Technique};
+use super::{Scene, SceneError, SceneObject, Shape, Technique, Track};
 use crate::shape_map::Lettering;
 use crate::{Files, Limits};
 use std::ops::Range;
@@ -15,7 +15,7 @@ const LARGEST_FILE: u64 = 16 << 20;
 /// Longest unknown key for which a similar one is searched, bytes.
 const LONGEST_NAME: usize = 64;
 /// Tables of a scene file.
-const TABLES: [&str; 4] = ["image", "camera", "light", "object"];
+const TABLES: [&str; 5] = ["image", "camera", "light", "object", "animate"];
 
 impl Scene {
     /// Reads and checks a scene file, which may read any other file. Use
@@ -164,15 +164,7 @@ impl Reader<'_> {
                 return Err(self.wrong(&key, "needs camera.eye beside it".to_string()));
             }
         }
-        let objects = match tables.get("object").map(|value| (value, value.get_ref())) {
-            None => &[][..],
-            Some((_, DeValue::Array(objects))) => &objects[..],
-            Some((value, _)) => {
-                self.places.push(("object".to_string(), value.span()));
-                let problem = "is not an array of tables; write [[object]]";
-                return Err(self.wrong("object", problem.to_string()));
-            }
-        };
+        let objects = self.array(tables, "object")?;
         if objects.is_empty() {
             return Err(SceneError::Syntax {
                 path: self.path.to_path_buf(),
@@ -186,7 +178,37 @@ impl Reader<'_> {
             let table = self.table(&name, value)?;
             scene.objects.push(self.object(table, &name)?);
         }
+        for (index, value) in self.array(tables, "animate")?.iter().enumerate() {
+            let name = format!("animate {}", index + 1);
+            let table = self.table(&name, value)?;
+            let prefix = format!("{name}: ");
+            for required in TRACK.iter().filter(|key| key.is_required) {
+                if table.get(required.name).is_none() {
+                    let problem = format!("is missing; add a line {} = …", required.name);
+                    return Err(self.wrong(&format!("{prefix}{}", required.name), problem));
+                }
+            }
+            let mut track = Track::default();
+            self.keys(table, &prefix, TRACK, &[], &mut track)?;
+            scene.tracks.push(track);
+        }
         Ok(())
+    }
+
+    /// Returns the tables of the array `name`; none if it is missing.
+    fn array<'t, 'i>(
+        &mut self,
+        tables: &'t DeTable<'i>,
+        name: &str,
+    ) -> Result<&'t [Spanned<DeValue<'i>>], SceneError> {
+        match tables.get(name).map(|value| (value, value.get_ref())) {
+            None => Ok(&[]),
+            Some((_, DeValue::Array(elements))) => Ok(elements),
+            Some((value, _)) => {
+                self.places.push((name.to_string(), value.span()));
+                Err(self.wrong(name, format!("is not an array of tables; write [[{name}]]")))
+            }
+        }
     }
 
     fn object(&mut self, table: &DeTable<'_>, name: &str) -> Result<SceneObject, SceneError> {

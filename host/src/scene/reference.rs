@@ -1,7 +1,7 @@
 //! The reference page of scene files, docs/scene.md.
 
-use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, bound};
-use super::{Scene, SceneObject, Technique};
+use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, TRACK, bound};
+use super::{Scene, SceneObject, Technique, Track};
 use crate::shape_map::Lettering;
 use std::fmt::Write;
 
@@ -60,8 +60,35 @@ pub fn page() -> String {
     );
     let text = "A text as pattern, such as `shape = { text = \"ABC\", margin = 0.1 }`.";
     table(&mut page, "shape", text, TEXT, &Lettering::new(""));
+    page.push_str(ANIMATION);
+    let about = "A key that changes with time.";
+    table(&mut page, "[[animate]]", about, TRACK, &Track::default());
     page
 }
+
+const ANIMATION: &str = "
+## Animation
+
+`relievo render SCENE --frames 0..96 -o out/%04d.png` draws frames 0 to 95; frame n shows the
+scene at n / `frame_rate` seconds. Any key with numbers can change, a colour too:
+
+```toml
+[[animate]]                      # a turntable: once around in four seconds
+key = \"camera.orbit\"
+times = [0, 4]
+values = [0, 360]
+
+[[animate]]                      # the carving of the object \"vase\" gets deeper meanwhile
+key = \"object.vase.depth\"
+times = [0, 1, 4]
+values = [0.01, 0.05, 0.05]
+interpolation = \"smooth\"
+```
+
+Before its first key frame and after its last one a key has their values. Smooth curves stay
+in the range of their key. Colours are interpolated in sRGB. Where only camera and light change,
+the scene is prepared once.
+";
 
 const INSTANCES: &str = "
 ## Instances

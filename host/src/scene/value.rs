@@ -1,6 +1,6 @@
 //! Conversion of the fields of a scene from and to the values of a scene file.
 
-use super::{Color, Grid, Instance, Instances, Shape, Technique, Tier};
+use super::{Color, Grid, Instance, Instances, Interpolation, Shape, Technique, Tier};
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::Storage;
 use std::path::PathBuf;
@@ -139,6 +139,42 @@ impl Field for Color {
     }
 }
 
+impl Field for Vec<f64> {
+    fn kind() -> String {
+        "numbers, such as [0, 1.5, 3]".into()
+    }
+    fn to_toml(&self) -> Option<Value> {
+        Some(Value::Array(
+            self.iter().copied().map(Value::Float).collect(),
+        ))
+    }
+    fn from_toml(value: Option<&Value>) -> Option<Self> {
+        value?.as_array()?.iter().map(number).collect()
+    }
+}
+
+/// Numbers, or several numbers each; colours become three numbers.
+impl Field for Vec<Vec<f64>> {
+    fn kind() -> String {
+        "a list: [0, 0.5] of numbers, [[0, 0, 5], [0, 1, 5]] of vectors, [\"#000000\", \"#ffffff\"] of colours".into()
+    }
+    fn to_toml(&self) -> Option<Value> {
+        let one = |value: &Vec<f64>| match value[..] {
+            [x] => x.to_toml(),
+            _ => value.to_toml(),
+        };
+        Some(Value::Array(self.iter().map(one).collect::<Option<_>>()?))
+    }
+    fn from_toml(value: Option<&Value>) -> Option<Self> {
+        let one = |value: &Value| match value {
+            Value::String(text) => Some(Color::parse(text)?.0.to_vec()),
+            Value::Array(_) => Vec::<f64>::from_toml(Some(value)),
+            value => Some(vec![number(value)?]),
+        };
+        value?.as_array()?.iter().map(one).collect()
+    }
+}
+
 /// A path; a mesh that was made in code has none.
 impl Field for MeshSource {
     fn kind() -> String {
@@ -198,6 +234,7 @@ macro_rules! named {
     };
 }
 
+named!(Interpolation);
 named!(Tier);
 named!(Technique);
 named!(Projection);

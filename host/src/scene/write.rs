@@ -1,7 +1,7 @@
 //! Writing of scene files.
 
-use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT};
-use super::{Scene, SceneObject, Shape, Technique};
+use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, TRACK};
+use super::{Scene, SceneObject, Shape, Technique, Track};
 use crate::files::{normal, relative};
 use crate::shape_map::Lettering;
 use std::fmt::Write;
@@ -38,6 +38,12 @@ impl Scene {
         }
         for object in &self.objects {
             write_object(&mut text, object, folder);
+        }
+        for track in &self.tracks {
+            let default = Track::default();
+            let values = TRACK.iter();
+            let values = values.map(|key| (key.name, changed(key, track, &default)));
+            table(&mut text, "[[animate]]", values);
         }
         text
     }

@@ -11,6 +11,7 @@ mod interrupt;
 mod limits;
 mod progress;
 mod render;
+mod sequence;
 mod session;
 #[cfg(feature = "studies")]
 mod studies;
@@ -23,6 +24,7 @@ use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use std::fmt;
 use std::io::{self, Write};
+use std::ops::Range;
 use std::process::ExitCode;
 use tracing::Level;
 
@@ -113,7 +115,10 @@ pub fn run(arguments: Arguments) -> ExitCode {
         Command::View(arguments) => view::run(&arguments),
         #[cfg(not(feature = "viewer"))]
         Command::View(absent) => absent.refuse("view", "viewer"),
-        Command::Render(arguments) => render::run(&arguments),
+        Command::Render(arguments) => match &arguments.frames {
+            Some(frames) => sequence::run(&arguments, frames.clone()),
+            None => render::run(&arguments),
+        },
         Command::Bake(arguments) => bake::run(&arguments),
         Command::Info(arguments) => info::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
@@ -197,6 +202,33 @@ fn parse_margin(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "a margin is a number of line heights from 0 to 10, such as 0.2".to_string())
 }
 
+/// Largest number of frames of one run.
+const MOST_FRAMES: u64 = 1_000_000;
+
+/// Parses `0..48` (without 48) or `0..=47`.
+fn parse_frames(text: &str) -> Result<Range<u64>, String> {
+    let wrong = || {
+        "frames are FIRST..END without the frame END, such as 0..48, or FIRST..=LAST".to_string()
+    };
+    let (first, end) = text.split_once("..").ok_or_else(wrong)?;
+    let (end, is_inclusive) = match end.strip_prefix('=') {
+        Some(last) => (last, true),
+        None => (end, false),
+    };
+    let number = |text: &str| text.parse::<u64>().map_err(|_| wrong());
+    let (first, end) = (number(first)?, number(end)?);
+    let end = end.saturating_add(is_inclusive.into());
+    match end.checked_sub(first) {
+        None | Some(0) => Err(format!(
+            "there is no frame in {text}; the end comes after the first"
+        )),
+        Some(count) if count > MOST_FRAMES => Err(format!(
+            "{text} are {count} frames; draw at most {MOST_FRAMES} at once"
+        )),
+        Some(_) => Ok(first..end),
+    }
+}
+
 /// Parses `0.5px` or `0.5` as 0.5.
 fn parse_budget(text: &str) -> Result<f64, String> {
     let (least, largest) = relievo::scene::BUDGETS;
@@ -224,6 +256,24 @@ mod tests {
         assert_eq!(parse_budget("2"), Ok(2.0));
         for bad in ["", "px", "0", "-1px", "nan", "1000px", "0.5 pt"] {
             assert!(parse_budget(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn ranges_of_frames() {
+        assert_eq!(parse_frames("0..48"), Ok(0..48));
+        assert_eq!(parse_frames("7..=9"), Ok(7..10));
+        for bad in [
+            "",
+            "5",
+            "5..5",
+            "9..3",
+            "-1..3",
+            "a..b",
+            "0..",
+            "0..2000000",
+        ] {
+            assert!(parse_frames(bad).is_err(), "{bad}");
         }
     }
 
