@@ -151,7 +151,7 @@ fn compare_with(folder: &Path, pictures: &[(String, Picture)], evidence: &Path) 
 
 fn draw(scene: &PreparedScene) -> Picture {
     let words = CpuRenderer::new(scene).color(&scene.frame).unwrap();
-    Picture::develop(&words, 1).unwrap()
+    Picture::develop(&words, 1, &scene.development).unwrap()
 }
 
 #[test]

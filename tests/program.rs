@@ -472,6 +472,49 @@ fn supersampling_smooths_the_same_picture() {
     );
 }
 
+#[test]
+fn pictures_are_exposed_toned_and_cut_free() {
+    let desk = Desk::new();
+    let render = |keys: &str| {
+        desk.render(&format!("[image]\n{keys}\n{}", torus("")))
+            .0
+            .bytes
+    };
+    let brightness = |bytes: &[u8]| bytes.iter().map(|byte| u64::from(*byte)).sum::<u64>();
+    let plain = render("");
+    assert_eq!(render("exposure = 0.0\ntone = 'clip'"), plain);
+    let (dark, agx) = (
+        render("exposure = -2.0"),
+        render("exposure = 2.0\ntone = 'agx'"),
+    );
+    assert!(brightness(&dark) < brightness(&plain));
+    assert!(agx != plain && agx != render("exposure = 2.0"));
+    // The background is not developed.
+    assert!(
+        [&dark, &agx]
+            .iter()
+            .all(|picture| picture[..3] == plain[..3])
+    );
+
+    desk.write(
+        "scene.toml",
+        format!("[image]\ntransparent = true\n{}", torus("")),
+    );
+    desk.run(&format!("{RENDER} -o cut.png")).done();
+    let file = BufReader::new(File::open(desk.path("cut.png")).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut cut = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut cut).unwrap();
+    assert_eq!(frame.color_type, png::ColorType::Rgba);
+    let (_, aov) = desk.render(&torus(""));
+    for ((pixel, opaque), class) in cut.chunks(4).zip(plain.chunks(3)).zip(&aov.class) {
+        match *class {
+            MISS => assert_eq!(pixel, [0; 4]),
+            _ => assert!(pixel[..3] == *opaque && pixel[3] == 255),
+        }
+    }
+}
+
 // ------------------------------------------------------- render --frames
 
 /// A scene with a camera, a named torus of some depth, and `tracks`.

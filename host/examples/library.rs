@@ -36,7 +36,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut frame = prepared.frame_with_samples(prepared.supersampling);
     frame.light_direction = [-0.6, 0.8, 0.0];
     let words = renderer.color(&frame)?;
-    Picture::develop(&words, prepared.supersampling)?.save_png(Path::new(output), &[])?;
+    Picture::develop(&words, prepared.supersampling, &prepared.development)?
+        .save_png(Path::new(output), &[])?;
     println!("{output}");
     Ok(())
 }

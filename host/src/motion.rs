@@ -64,7 +64,7 @@ impl Moment {
         let x = ray.dot(right) / depth;
         let y = ray.dot(up) / depth;
         let [width, height] = frame.size.map(f64::from);
-        (depth > 0.0).then(|| [0.5 * width * (1.0 + x), 0.5 * height * (1.0 - y)])
+        (depth > 0.0).then_some([0.5 * width * (1.0 + x), 0.5 * height * (1.0 - y)])
     }
 }
 

@@ -28,7 +28,7 @@
 use crate::picture::Picture;
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::{CpuRenderer, RenderError, Renderer, allocate};
-use crate::scene::Color;
+use crate::scene::{Color, Development};
 use rayon::prelude::*;
 use relievo_shared::camera::pixel_ray;
 use relievo_shared::facet::intersect;
@@ -106,7 +106,7 @@ pub fn draw_mesh(
 /// [`RenderError::Memory`].
 pub fn local_depth_picture(scene: &PreparedScene, frame: &Frame) -> Result<Picture, RenderError> {
     let words = CpuRenderer::new(scene).color(frame)?;
-    let mut picture = Picture::develop(&words, 1)?;
+    let mut picture = Picture::develop(&words, 1, &Development::default())?;
     let frames = frames(scene, frame);
     let all = facets(scene, &frames);
     let nearest = nearest_facets(frame, &all)?;

@@ -3,11 +3,12 @@
 //! ```
 //! use relievo::picture::Picture;
 //! use relievo::render::ColorWords;
+//! use relievo::scene::Development;
 //!
 //! let white = [1.0_f32.to_bits(), 1.0_f32.to_bits(), 1.0_f32.to_bits(), 0];
 //! let words = ColorWords { width: 2, height: 2, words: vec![white; 4] };
 //! // One pixel of four samples.
-//! let picture = Picture::develop(&words, 2)?;
+//! let picture = Picture::develop(&words, 2, &Development::default())?;
 //! assert_eq!(picture.bytes, [255; 3]);
 //! assert!(picture.png(&[])?.starts_with(b"\x89PNG"));
 //! # Ok::<(), relievo::Error>(())
@@ -16,58 +17,87 @@
 use crate::Error;
 use crate::file::write_whole;
 use crate::render::{ColorWords, RenderError, allocate};
+use crate::scene::Development;
+use crate::tone::shown;
 use rayon::prelude::*;
+use relievo_shared::normals::CLASS_MISS;
 use std::io::Write;
 use std::path::Path;
 
-/// A finished picture: 8-bit sRGB, three bytes a pixel, rows from the top.
+/// A finished picture: 8-bit sRGB, rows from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
     /// Width, pixels.
     pub width: u32,
     /// Height, pixels.
     pub height: u32,
-    /// Bytes, 3 · width · height.
+    /// Red, green and blue of each pixel, and alpha if the background is transparent.
     pub bytes: Vec<u8>,
 }
 
 impl Picture {
-    /// Averages `factor`² samples per pixel in linear light, and encodes as sRGB.
+    /// Develops each sample of `words`, averages `factor`² of them, and encodes as sRGB.
     ///
     /// # Errors
     /// [`RenderError::Memory`] if the memory does not suffice.
     ///
     /// # Panics
     /// If the sides of `words` are not multiples of `factor`.
-    pub fn develop(words: &ColorWords, factor: u32) -> Result<Picture, RenderError> {
+    pub fn develop(
+        words: &ColorWords,
+        factor: u32,
+        development: &Development,
+    ) -> Result<Picture, RenderError> {
         assert!(words.width.is_multiple_of(factor) && words.height.is_multiple_of(factor));
         let (width, height) = (words.width / factor, words.height / factor);
-        let weight = 1.0 / (factor * factor) as f32;
-        let mut bytes = allocate("the picture", 3 * width as usize * height as usize, 0)?;
-        bytes
-            .par_chunks_mut(3 * width as usize)
-            .enumerate()
-            .for_each(|(y, row)| {
-                for (x, pixel) in row.chunks_exact_mut(3).enumerate() {
-                    let mut sum = [0.0f32; 3];
-                    for sample in 0..factor * factor {
-                        let sx = x as u32 * factor + sample % factor;
-                        let sy = y as u32 * factor + sample / factor;
-                        let color = words.rgb(sx, sy);
-                        for (total, channel) in sum.iter_mut().zip(color) {
-                            *total += channel;
-                        }
-                    }
-                    for (byte, total) in pixel.iter_mut().zip(sum) {
-                        *byte = srgb_byte(total * weight);
+        let channels = if development.is_transparent { 4 } else { 3 };
+        let row = channels * width as usize;
+        let mut bytes = allocate("the picture", row * height as usize, 0)?;
+        bytes.par_chunks_mut(row).enumerate().for_each(|(y, row)| {
+            for (x, pixel) in row.chunks_exact_mut(channels).enumerate() {
+                let mut sum = [0.0f32; 3];
+                let mut hits = 0;
+                for sample in 0..factor * factor {
+                    let sx = x as u32 * factor + sample % factor;
+                    let sy = y as u32 * factor + sample / factor;
+                    let is_hit = words.class(sx, sy) != CLASS_MISS;
+                    let color = match (is_hit, development.is_transparent) {
+                        (true, _) => shown(words.rgb(sx, sy), development),
+                        (false, false) => words.rgb(sx, sy),
+                        (false, true) => continue,
+                    };
+                    hits += u32::from(is_hit);
+                    for (total, channel) in sum.iter_mut().zip(color) {
+                        *total += channel;
                     }
                 }
-            });
+                let samples = (factor * factor) as f32;
+                let coverage = hits as f32 / samples;
+                let weight = match development.is_transparent {
+                    true => 1.0 / (hits as f32).max(1.0),
+                    false => 1.0 / samples,
+                };
+                for (byte, total) in pixel.iter_mut().zip(sum) {
+                    *byte = srgb_byte(total * weight);
+                }
+                if let Some(alpha) = pixel.get_mut(3) {
+                    *alpha = (255.0 * coverage + 0.5) as u8;
+                }
+            }
+        });
         Ok(Picture {
             width,
             height,
             bytes,
         })
+    }
+
+    /// Returns the channels of a pixel: 3, or 4 with alpha.
+    pub fn channels(&self) -> usize {
+        match self.width as usize * self.height as usize {
+            0 => 3,
+            pixels => self.bytes.len() / pixels,
+        }
     }
 
     /// Writes the picture as PNG, with `comments` as text chunks (keyword, text).
@@ -103,8 +133,10 @@ impl Picture {
         comments: &[(&str, &str)],
     ) -> Result<(), Error> {
         let first = &pictures[0];
-        let is_even =
-            |picture: &Picture| (picture.width, picture.height) == (first.width, first.height);
+        let is_even = |picture: &Picture| {
+            (picture.width, picture.height, picture.channels())
+                == (first.width, first.height, first.channels())
+        };
         assert!(pictures.iter().all(is_even));
         let encode = encoding_error(path);
         write_whole(path, |file| {
@@ -147,7 +179,10 @@ impl Picture {
         comments: &[(&str, &str)],
     ) -> Result<png::Encoder<'static, W>, png::EncodingError> {
         let mut encoder = png::Encoder::new(file, self.width, self.height);
-        encoder.set_color(png::ColorType::Rgb);
+        encoder.set_color(match self.channels() {
+            4 => png::ColorType::Rgba,
+            _ => png::ColorType::Rgb,
+        });
         encoder.set_depth(png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         for (keyword, text) in comments {
@@ -208,8 +243,32 @@ mod tests {
             height: 2,
             words: vec![words(0.0), words(1.0), words(1.0), words(0.0)],
         };
-        let picture = Picture::develop(&buffer, 2).unwrap();
+        let picture = Picture::develop(&buffer, 2, &Development::default()).unwrap();
         assert_eq!((picture.width, picture.height), (1, 1));
         assert_eq!(picture.bytes, [188; 3]);
+    }
+
+    #[test]
+    fn the_background_is_not_exposed_and_may_be_transparent() {
+        let words = |c: f32, class| [c.to_bits(), c.to_bits(), c.to_bits(), class];
+        let buffer = ColorWords {
+            width: 4,
+            height: 2,
+            words: [words(0.25, 1), words(1.0, CLASS_MISS)].repeat(4),
+        };
+        let development = |is_transparent| Development {
+            exposure: 1.0,
+            is_transparent,
+            ..Development::default()
+        };
+        let opaque = Picture::develop(&buffer, 1, &development(false)).unwrap();
+        assert_eq!(opaque.bytes[..6], [188, 188, 188, 255, 255, 255]);
+        // The colour of a pixel is that of its hits.
+        let half = Picture::develop(&buffer, 2, &development(true)).unwrap();
+        assert_eq!(half.bytes, [188, 188, 188, 128].repeat(2));
+        assert_eq!((half.width, half.height, half.channels()), (2, 1, 4));
+        let one = Picture::develop(&buffer, 1, &development(true)).unwrap();
+        assert_eq!(one.bytes[..8], [188, 188, 188, 255, 0, 0, 0, 0]);
+        assert!(one.png(&[]).is_ok());
     }
 }

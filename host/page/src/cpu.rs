@@ -34,7 +34,7 @@ impl CpuPage {
         console_error_panic_hook::set_once();
         let scene = default::scene().map_err(|error| error.to_string())?;
         Ok(CpuPage {
-            camera: scene.camera,
+            camera: scene.camera.map(|camera| camera.orbited(scene.orbit)),
             scene,
             assets: Assets::default(),
             prepared: None,
@@ -130,7 +130,7 @@ impl CpuPage {
         let pixels = match self.show.content() {
             Content::Color => renderer
                 .color(&frame)
-                .map(|words| display::color_bytes(&words)),
+                .map(|words| display::color_bytes(&words, &self.scene.development)),
             Content::Geometry => renderer.geometry(&frame).map(|words| {
                 display::geometry_bytes(self.show, &words, &Scale::of(prepared, &camera))
             }),
@@ -142,6 +142,8 @@ impl CpuPage {
     pub fn scene(&self) -> String {
         let scene = Scene {
             camera: self.camera,
+            // The camera has been turned already.
+            orbit: self.camera.map_or(self.scene.orbit, |_| 0.0),
             ..self.scene.clone()
         };
         scene.to_toml(Path::new(""))

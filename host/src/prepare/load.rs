@@ -207,6 +207,7 @@ impl<'a> LoadedScene<'a> {
             size: self.scene.size,
             supersampling: self.scene.supersampling,
             background: self.scene.background.linear(),
+            development: self.scene.development,
             objects,
             outside,
             origin: self.bounds.centre(),

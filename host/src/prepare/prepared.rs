@@ -5,7 +5,7 @@ use super::exits::number_of_exits;
 use super::placement::Placement;
 use crate::mesh::{Bounds, LocalDepth, Mesh, MeshPrism};
 use crate::prism::narrow_prism;
-use crate::scene::{Camera, MapOptions, Scene};
+use crate::scene::{Camera, Development, MapOptions, Scene};
 use crate::shape_map::ShapeMap;
 use glam::DVec3;
 use rayon::prelude::*;
@@ -24,6 +24,8 @@ pub struct PreparedScene {
     pub supersampling: u32,
     /// Linear RGB of pixels without a hit.
     pub background: [f32; 3],
+    /// How pictures are developed.
+    pub development: Development,
     /// The objects, in drawing order.
     pub objects: Vec<PreparedObject>,
     /// Names of the objects that lie outside the picture and are not prepared.

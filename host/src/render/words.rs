@@ -19,6 +19,11 @@ impl ColorWords {
         let [r, g, b, _] = self.words[y as usize * self.width as usize + x as usize];
         [r, g, b].map(f32::from_bits)
     }
+
+    /// Returns the class of a pixel, a `CLASS_` constant of [`relievo_shared::normals`].
+    pub fn class(&self, x: u32, y: u32) -> u32 {
+        self.words[y as usize * self.width as usize + x as usize][3]
+    }
 }
 
 /// What each pixel hits, as words; all 0 for a miss.

@@ -157,10 +157,10 @@ pub(super) fn check(scene: &Scene) -> Result<(), (String, String)> {
             let at_time = |(key, problem)| (name(key), format!("{problem}, at {time} s"));
             set_in(&mut changed, &track.key, value, Beyond::Refuse).map_err(at_time)?;
             // Camera keys depend on each other, and are checked at each time.
-            if !track.key.starts_with("camera.") {
-                if let Err(SceneError::Invalid { key, problem, .. }) = changed.check() {
-                    return Err(at_time(("values", format!("give a {key} that {problem}"))));
-                }
+            if !track.key.starts_with("camera.")
+                && let Err(SceneError::Invalid { key, problem, .. }) = changed.check()
+            {
+                return Err(at_time(("values", format!("give a {key} that {problem}"))));
             }
         }
     }

@@ -1,8 +1,8 @@
 //! Scenes in code: constructors and setters that can be chained.
 
 use super::{
-    Camera, Color, Instances, Light, MapOptions, Material, Scene, SceneObject, Shape, Technique,
-    Tier, Track,
+    Camera, Color, Development, Instances, Light, MapOptions, Material, Scene, SceneObject, Shape,
+    Technique, Tier, Track,
 };
 use crate::mesh::{MeshSource, Projection};
 use crate::{Files, Limits};
@@ -33,6 +33,13 @@ impl Scene {
     #[must_use]
     pub fn background(mut self, color: Color) -> Scene {
         self.background = color;
+        self
+    }
+
+    /// Sets exposure, tone curve and transparency of the picture.
+    #[must_use]
+    pub fn development(mut self, development: Development) -> Scene {
+        self.development = development;
         self
     }
 

@@ -16,7 +16,7 @@ use super::instances::{FAR, SCALES};
 use super::value::{Field, number};
 use super::{
     Camera, Color, Instances, Interpolation, Scene, SceneObject, Search, Shape, Technique, Tier,
-    Track,
+    Tone, Track,
 };
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::{LARGEST_RASTER, Lettering, SMALLEST_RASTER, Storage};
@@ -130,6 +130,12 @@ pub static IMAGE: &[Key<Scene>] = &[
         },
     ),
     key!(Scene, "background", background: Color, "Colour where no object is.").range(0.0, 1.0),
+    key!(Scene, "transparent", development.is_transparent: bool, "Makes the background transparent, for compositing."),
+    key!(Scene, "exposure", development.exposure: f64, "Exposure: each stop doubles the light of the objects.")
+        .range(-32.0, 32.0)
+        .unit("stops")
+        .slider("Exposure", -4.0, 4.0),
+    key!(Scene, "tone", development.tone: Tone, "Tone curve of the objects: `agx` lets bright light fade to white, `clip` cuts it off."),
     key!(Scene, "frame_rate", frame_rate: f64, "Frames per second of a sequence ([animation](#animation)).")
         .range(1e-3, 1e3)
         .unit("1/s"),

@@ -1,6 +1,6 @@
 //! The scene: picture, camera, light and objects.
 
-use super::{Color, SceneObject, Track};
+use super::{Color, Development, SceneObject, Track};
 use crate::{Files, Limits};
 use std::path::PathBuf;
 
@@ -18,6 +18,8 @@ pub struct Scene {
     pub supersampling: u32,
     /// Colour where no object is.
     pub background: Color,
+    /// Exposure, tone curve and transparency of the picture.
+    pub development: Development,
     /// The camera; `None` shows the whole scene from its front, right and above.
     pub camera: Option<Camera>,
     /// Angle by which the eye is turned around the target about the up direction, degrees.
@@ -47,6 +49,7 @@ impl Default for Scene {
             size: [800, 600],
             supersampling: 1,
             background: Color::from_hex(0xe9edf2),
+            development: Development::default(),
             camera: None,
             orbit: 0.0,
             field_of_view: 45.0,

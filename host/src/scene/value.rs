@@ -1,6 +1,6 @@
 //! Conversion of the fields of a scene from and to the values of a scene file.
 
-use super::{Color, Grid, Instance, Instances, Interpolation, Shape, Technique, Tier};
+use super::{Color, Grid, Instance, Instances, Interpolation, Shape, Technique, Tier, Tone};
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::Storage;
 use std::path::PathBuf;
@@ -236,6 +236,7 @@ macro_rules! named {
 
 named!(Interpolation);
 named!(Tier);
+named!(Tone);
 named!(Technique);
 named!(Projection);
 

@@ -6,7 +6,7 @@ use eframe::egui::{self, Response, Ui};
 use relievo::mesh::Projection;
 use relievo::prepare::PreparedScene;
 use relievo::scene::keys::{self, Key, OBJECT};
-use relievo::scene::{Color, Lettering, Scene, SceneObject, Search, Shape, Technique, Tier};
+use relievo::scene::{Color, Lettering, Scene, SceneObject, Search, Shape, Technique, Tier, Tone};
 use relievo::shape_map::{DEFAULT_RASTER, Storage};
 use relievo_shared::profile;
 use std::ops::RangeInclusive;
@@ -372,6 +372,11 @@ impl<'a> Controls<'a> {
             let light = &mut scene.light;
             controls.color("Ambient light", &mut light.ambient);
             controls.color("Background", &mut scene.background);
+            controls.scene_keys(keys::IMAGE, scene);
+            let mut is_agx = scene.development.tone == Tone::Agx;
+            if controls.flag("AgX tone curve", &mut is_agx) {
+                scene.development.tone = if is_agx { Tone::Agx } else { Tone::Clip };
+            }
         });
         self.group("Picture in a file", false, |controls| {
             let [width, height] = &mut scene.size;
@@ -382,6 +387,10 @@ impl<'a> Controls<'a> {
             if controls.flag("Four samples a pixel", &mut supersample) {
                 scene.supersampling = if supersample { 2 } else { 1 };
             }
+            controls.flag(
+                "Transparent background",
+                &mut scene.development.is_transparent,
+            );
         });
     }
 }

@@ -8,7 +8,8 @@ use relievo::picture::srgb;
 use relievo::prepare::PreparedScene;
 use relievo::render::gpu::Content;
 use relievo::render::{ColorWords, GeometryWords};
-use relievo::scene::Camera;
+use relievo::scene::{Camera, Development};
+use relievo::tone::shown;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 
 /// Quantity that the viewer shows for each pixel.
@@ -96,10 +97,14 @@ impl Scale {
     }
 }
 
-/// Returns sRGB, 0…1, of a colour pixel.
-pub fn color(words: [u32; 4]) -> [f32; 3] {
+/// Returns sRGB, 0…1, of a colour pixel. A transparent background keeps its colour.
+pub fn color(words: [u32; 4], development: &Development) -> [f32; 3] {
     let [r, g, b, _] = words.map(f32::from_bits);
-    [r, g, b].map(srgb)
+    let color = match words[3] {
+        CLASS_MISS => [r, g, b],
+        _ => shown([r, g, b], development),
+    };
+    color.map(srgb)
 }
 
 /// Returns sRGB, 0…1, of a geometry pixel.
@@ -133,8 +138,8 @@ pub fn geometry(show: Show, place: [u32; 4], surface: [u32; 4], scale: &Scale) -
 }
 
 /// Converts colour words to RGBA bytes.
-pub fn color_bytes(words: &ColorWords) -> Vec<u8> {
-    bytes(words.words.iter().map(|&words| color(words)))
+pub fn color_bytes(words: &ColorWords, development: &Development) -> Vec<u8> {
+    bytes(words.words.iter().map(|&words| color(words, development)))
 }
 
 /// Converts geometry words to RGBA bytes.

@@ -162,7 +162,7 @@ impl Viewer {
         let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy();
         let mut viewer = Viewer {
             name: format!("{stem}-view"),
-            camera: scene.camera,
+            camera: scene.camera.map(|camera| camera.orbited(scene.orbit)),
             platform,
             scene,
             selected: 0,
@@ -318,6 +318,7 @@ impl Viewer {
             show: self.show,
             split: self.split,
             scale: first.map_or_else(Scale::default, |scene| Scale::of(scene, camera)),
+            development: self.scene.development,
         }
     }
 

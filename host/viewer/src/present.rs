@@ -1,6 +1,8 @@
 //! Render pass from words to the screen, `present.wgsl`.
 
 use super::display::{Scale, Show};
+use relievo::scene::{Development, Tone};
+use relievo::tone::gain;
 
 /// Format of the screen: sRGB, eight bits per channel.
 const SCREEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -14,6 +16,8 @@ pub struct Look {
     pub split: f32,
     /// Ranges that map to full brightness.
     pub scale: Scale,
+    /// How colours are developed.
+    pub development: Development,
 }
 
 /// Texture that egui shows.
@@ -134,7 +138,9 @@ impl Present {
     ) {
         let [near, far] = look.scale.distances.map(f32::to_bits);
         let steps = look.scale.steps.to_bits();
-        let uniform = [look.show.code(), split, near, far, steps, 0, 0, 0];
+        let gain = gain(&look.development).to_bits();
+        let is_agx = u32::from(look.development.tone == Tone::Agx);
+        let uniform = [look.show.code(), split, near, far, steps, gain, is_agx, 0];
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));
         let [left, right] = words;
         // Colour output has one target; an unused binding still needs a

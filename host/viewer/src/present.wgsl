@@ -9,9 +9,11 @@ struct Present {
     near: f32,
     far: f32,
     steps: f32,
-    unused_0: u32,
-    unused_1: u32,
-    unused_2: u32,
+    // Factor of the exposure.
+    gain: f32,
+    // Whether the tone curve is AgX.
+    is_agx: u32,
+    unused: u32,
 }
 
 @group(0) @binding(0) var<uniform> present: Present;
@@ -33,6 +35,28 @@ fn encode(linear: f32) -> f32 {
         return 12.92 * x;
     }
     return 1.055 * pow(x, 1.0 / 2.4) - 0.055;
+}
+
+// AgX, as relievo::tone has it.
+fn agx(light: vec3<f32>) -> vec3<f32> {
+    let to_wide = mat3x3(0.6274, 0.0691, 0.0164, 0.3293, 0.9195, 0.0880, 0.0433, 0.0113, 0.8956);
+    let from_wide = mat3x3(1.6605, -0.1246, -0.0182, -0.5876, 1.1329, -0.1006, -0.0728, -0.0083, 1.1187);
+    let inset = mat3x3(
+        0.85662715, 0.13731897, 0.11189821,
+        0.09512124, 0.761242, 0.07679942,
+        0.048251606, 0.10143904, 0.81130237,
+    );
+    let outset = mat3x3(
+        1.1271006, -0.14132976, -0.14132976,
+        -0.11060664, 1.1578237, -0.11060664,
+        -0.016493939, -0.016493939, 1.2519364,
+    );
+    let stops = (log2(max(inset * (to_wide * light), vec3(1e-10))) + 12.47393) / (4.026069 + 12.47393);
+    let x = clamp(stops, vec3(0.0), vec3(1.0));
+    let x2 = x * x;
+    let x4 = x2 * x2;
+    let curve = 15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x - 0.00232;
+    return from_wide * pow(max(outset * curve, vec3(0.0)), vec3(2.2));
 }
 
 fn heat(share: f32) -> vec3<f32> {
@@ -60,7 +84,15 @@ fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     }
     let place = bitcast<vec4<f32>>(first);
     if present.show == 0u {
-        return vec4(encode(place.x), encode(place.y), encode(place.z), 1.0);
+        var light = place.xyz;
+        // The background keeps its colour.
+        if first.w != 0u {
+            light *= present.gain;
+            if present.is_agx != 0u {
+                light = agx(light);
+            }
+        }
+        return vec4(encode(light.x), encode(light.y), encode(light.z), 1.0);
     }
     let kind = second.x & 255u;
     var color = vec3(0.5);

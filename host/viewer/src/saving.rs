@@ -25,7 +25,7 @@ pub(super) enum Shot {
     /// Waits until the screen is up to date.
     Wanted,
     /// Requested from the window.
-    Taken(Taken),
+    Taken(Box<Taken>),
 }
 
 /// A screenshot in progress.
@@ -47,6 +47,8 @@ impl Viewer {
     pub(super) fn saved_scene(&self) -> Scene {
         Scene {
             camera: self.camera,
+            // The camera has been turned already.
+            orbit: self.camera.map_or(self.scene.orbit, |_| 0.0),
             ..self.scene.clone()
         }
     }
@@ -103,7 +105,10 @@ impl Viewer {
         let factor = self.scene.supersampling;
         let frames = self.frames(&camera, self.scene.size);
         let Some(frame) = frames.first() else { return };
-        match self.stage.save(&finer(frame, factor), factor) {
+        match self
+            .stage
+            .save(&finer(frame, factor), factor, self.scene.development)
+        {
             Ok(()) => self.saving = Some(self.caption("")),
             Err(error) => self.complain(error.to_string()),
         }
@@ -175,14 +180,14 @@ impl Viewer {
             }
             Shot::Wanted if is_complete => {
                 let image = Arc::new(OnceLock::new());
-                self.shot = Shot::Taken(Taken {
+                self.shot = Shot::Taken(Box::new(Taken {
                     caption: self.caption("-shown"),
                     rectangle,
                     drawn: self.drawn.clone(),
                     is_certain: false,
                     scale: context.pixels_per_point(),
                     image: image.clone(),
-                });
+                }));
                 let waker = context.clone();
                 context.request_screenshot(move |whole| {
                     // Reported once only.

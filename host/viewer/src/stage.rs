@@ -8,6 +8,7 @@ use relievo::render::gpu::{
     Choice, Content, Device, Extent, GpuScene, Pipelines, Targets, Timestamps,
 };
 use relievo::render::{ColorWords, RenderError};
+use relievo::scene::Development;
 use relievo_shared::layout::Frame;
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
@@ -47,6 +48,7 @@ struct Running {
 struct Saving {
     targets: Targets,
     factor: u32,
+    development: Development,
     read: Arc<Mutex<Option<Result<(), String>>>>,
 }
 
@@ -255,7 +257,12 @@ impl Stage {
     ///
     /// # Errors
     /// [`RenderError`] if the device fails.
-    pub fn save(&mut self, frame: &Frame, factor: u32) -> Result<(), RenderError> {
+    pub fn save(
+        &mut self,
+        frame: &Frame,
+        factor: u32,
+        development: Development,
+    ) -> Result<(), RenderError> {
         let size = frame.size.map(|side| side as u32);
         let device = self.device.clone();
         let mut targets = Targets::new(&device, size)?;
@@ -295,6 +302,7 @@ impl Stage {
         self.saving = Some(Saving {
             targets,
             factor,
+            development,
             read,
         });
         self.watch.begin();
@@ -321,7 +329,10 @@ impl Stage {
 
     fn develop(&self, saving: &Saving) -> Result<Picture, RenderError> {
         let Saving {
-            targets, factor, ..
+            targets,
+            factor,
+            development,
+            ..
         } = saving;
         let nothing = || self.device.failed("nothing was drawn");
         let buffer = targets.read_back(0).ok_or_else(nothing)?;
@@ -338,7 +349,7 @@ impl Stage {
             height,
             words,
         };
-        Picture::develop(&words, *factor)
+        Picture::develop(&words, *factor, development)
     }
 }
 
@@ -349,7 +360,7 @@ mod tests {
     use relievo::prepare::prepare;
     use relievo::render::gpu::adapters;
     use relievo::render::{CpuRenderer, Renderer};
-    use relievo::scene::{Scene, Tier};
+    use relievo::scene::{Scene, Tier, Tone};
     use std::path::Path;
 
     fn torus(tier: Tier) -> PreparedScene {
@@ -398,7 +409,9 @@ mod tests {
     fn expected(scene: &PreparedScene, look: &Look) -> Vec<u8> {
         let mut renderer = CpuRenderer::new(scene);
         match look.show.content() {
-            Content::Color => display::color_bytes(&renderer.color(&scene.frame).unwrap()),
+            Content::Color => {
+                display::color_bytes(&renderer.color(&scene.frame).unwrap(), &look.development)
+            }
             Content::Geometry => {
                 let words = renderer.geometry(&scene.frame).unwrap();
                 display::geometry_bytes(look.show, &words, &look.scale)
@@ -427,12 +440,23 @@ mod tests {
                 let shown = if split == 1.0 { 1 } else { 2 };
                 let shown: Vec<_> = scenes.iter().take(shown).collect();
                 stage.put(&shown).unwrap();
-                for show in Show::ALL {
+                let agx = Development {
+                    exposure: 1.5,
+                    tone: Tone::Agx,
+                    is_transparent: false,
+                };
+                let plain = Show::ALL.map(|show| (show, Development::default()));
+                for (show, development) in plain.into_iter().chain([(Show::Color, agx)]) {
                     let scale = Scale {
                         distances: [2.0, 6.0],
                         steps: 32.0,
                     };
-                    let look = Look { show, split, scale };
+                    let look = Look {
+                        show,
+                        split,
+                        scale,
+                        development,
+                    };
                     stage.draw(&[scenes[0].frame; 2], &look).unwrap();
                     while stage.is_busy() {}
                     let (size, took) = stage.finished().unwrap();
@@ -448,7 +472,7 @@ mod tests {
                     same(
                         &seen,
                         &wanted,
-                        &format!("{show:?}, {split}, {}", stage.describe()),
+                        &format!("{show:?}, {split}, {development:?}, {}", stage.describe()),
                     );
                 }
             }

@@ -129,7 +129,7 @@ pub(super) fn draw(
     let start = Instant::now();
     let words = renderer.color(&finer(&view.frame, factor))?;
     tracing::info!("rendered in {:.3} s", start.elapsed().as_secs_f64());
-    Ok(Picture::develop(&words, factor)?)
+    Ok(Picture::develop(&words, factor, &prepared.development)?)
 }
 
 /// Refuses an output that is an input, or two outputs of one name.

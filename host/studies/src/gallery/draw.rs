@@ -13,7 +13,7 @@ use relievo::overlay::draw_mesh;
 use relievo::picture::Picture;
 use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::{RenderError, Renderer};
-use relievo::scene::{Color, Scene};
+use relievo::scene::{Color, Development, Scene};
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -129,9 +129,9 @@ fn draw(
         .map(|oracle| Truth::of(oracle, DVec3::from(prepared.camera.eye), &prepared.frame));
 
     let picture = match panel.way.show {
-        Show::Picture => Picture::develop(&colors, factor)?,
+        Show::Picture => Picture::develop(&colors, factor, &Development::default())?,
         Show::Mesh => {
-            let mut picture = Picture::develop(&colors, factor)?;
+            let mut picture = Picture::develop(&colors, factor, &Development::default())?;
             draw_mesh(&mut picture, &prepared, MESH_COLOR)?;
             picture
         }

@@ -46,5 +46,5 @@ pub fn truth_picture(
         height: truth.height as u32,
         words,
     };
-    Picture::develop(&words, scene.supersampling)
+    Picture::develop(&words, scene.supersampling, &scene.development)
 }

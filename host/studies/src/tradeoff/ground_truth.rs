@@ -10,7 +10,7 @@ use relievo::oracle::{MeshOracle, Truth};
 use relievo::picture::Picture;
 use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::{CpuRenderer, GeometryWords, Renderer};
-use relievo::scene::{Search, Tier};
+use relievo::scene::{Development, Search, Tier};
 use serde::{Deserialize, Serialize};
 
 /// Errors are clamped to this, pixels.
@@ -111,7 +111,7 @@ impl<'a> GroundTruth<'a> {
             None => {
                 let factor = scene.supersampling;
                 let words = CpuRenderer::new(scene).color(&scene.frame_with_samples(factor))?;
-                Some(Picture::develop(&words, factor)?)
+                Some(Picture::develop(&words, factor, &Development::default())?)
             }
             Some(_) => None,
         };

@@ -7,6 +7,7 @@ use relievo::Error;
 use relievo::picture::Picture;
 use relievo::prepare::PreparedScene;
 use relievo::render::gpu::{EntryPoints, Extent, Memory, Pictures};
+use relievo::scene::Development;
 use relievo_shared::layout::Frame;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -114,7 +115,7 @@ pub fn measure(
         Some(known) => known,
         None => {
             let words = timed.renderer().color(&frame)?;
-            truth.flip(&Picture::develop(&words, factor)?)
+            truth.flip(&Picture::develop(&words, factor, &Development::default())?)
         }
     };
     let (mut milliseconds, mut reference_milliseconds) = (Vec::new(), Vec::new());

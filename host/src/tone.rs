@@ -1,0 +1,120 @@
+//! From the light of a scene to linear colours of a screen.
+
+use crate::scene::{Development, Tone};
+use glam::{Mat3, Vec3};
+
+/// Linear sRGB to linear Rec. 2020, and back (ITU-R BT.2407).
+const TO_WIDE: Mat3 = Mat3::from_cols_array(&[
+    0.6274, 0.0691, 0.0164, 0.3293, 0.9195, 0.0880, 0.0433, 0.0113, 0.8956,
+]);
+const FROM_WIDE: Mat3 = Mat3::from_cols_array(&[
+    1.6605, -0.1246, -0.0182, -0.5876, 1.1329, -0.1006, -0.0728, -0.0083, 1.1187,
+]);
+/// AgX's inset into the gamut, and its outset.
+#[rustfmt::skip]
+const INSET: Mat3 = Mat3::from_cols_array(&[
+    0.856_627_15, 0.137_318_97, 0.111_898_21,
+    0.095_121_24, 0.761_242, 0.076_799_42,
+    0.048_251_606, 0.101_439_04, 0.811_302_37,
+]);
+#[rustfmt::skip]
+const OUTSET: Mat3 = Mat3::from_cols_array(&[
+    1.127_100_6, -0.141_329_76, -0.141_329_76,
+    -0.110_606_64, 1.157_823_7, -0.110_606_64,
+    -0.016_493_939, -0.016_493_939, 1.251_936_4,
+]);
+/// Darkest and brightest light that AgX tells apart: 10 stops below a grey of 18 %, and 6.5 above,
+/// as logarithms to base 2.
+const RANGE: [f32; 2] = [-12.47393, 4.026069];
+
+/// Returns the colour that the screen shows for `light`, both linear sRGB.
+///
+/// ```
+/// use relievo::scene::{Development, Tone};
+/// use relievo::tone::shown;
+///
+/// let agx = Development { tone: Tone::Agx, exposure: 1.0, ..Development::default() };
+/// let [grey, ..] = shown([0.09; 3], &agx);
+/// assert!((grey - 0.18).abs() < 0.04);
+/// ```
+pub fn shown(light: [f32; 3], development: &Development) -> [f32; 3] {
+    let light = light.map(|channel| channel * gain(development));
+    match development.tone {
+        Tone::Clip => light,
+        Tone::Agx => agx(light.into()).to_array(),
+    }
+}
+
+/// Returns the factor of the exposure.
+pub fn gain(development: &Development) -> f32 {
+    development.exposure.exp2() as f32
+}
+
+/// AgX, with the polynomial of Benjamin Wrensch ("Minimal AgX Implementation", 2024) for its
+/// curve, whose mean square error is 4e-6.
+fn agx(light: Vec3) -> Vec3 {
+    let [low, high] = RANGE;
+    let inset = INSET * (TO_WIDE * light);
+    let stops = inset
+        .to_array()
+        .map(|x| (x.max(1e-10).log2() - low) / (high - low));
+    let curve = |x: f32| {
+        let x = x.clamp(0.0, 1.0);
+        let (x2, x4) = (x * x, x * x * x * x);
+        15.5 * x4 * x2 - 40.14 * x4 * x + 31.96 * x4 - 6.868 * x2 * x + 0.4298 * x2 + 0.1191 * x
+            - 0.00232
+    };
+    let outset = OUTSET * Vec3::from(stops.map(curve));
+    let linear = outset.to_array().map(|x| x.max(0.0).powf(2.2));
+    (FROM_WIDE * Vec3::from(linear)).clamp(Vec3::ZERO, Vec3::ONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::picture::srgb;
+
+    const AGX: Development = Development {
+        exposure: 0.0,
+        tone: Tone::Agx,
+        is_transparent: false,
+    };
+
+    #[test]
+    fn agx_keeps_greys_grey_rises_and_ends_at_white() {
+        let mut before = -1.0;
+        for stop in -12..=8 {
+            let [r, g, b] = shown([0.18 * (stop as f32).exp2(); 3], &AGX);
+            assert!((r - g).abs() < 0.01 && (g - b).abs() < 0.01, "{r} {g} {b}");
+            assert!(g >= before - 1e-4, "{stop}: {g} {before}");
+            before = g;
+        }
+        assert!(before > 0.9, "{before}");
+        // Middle grey is half way on the screen.
+        let middle = srgb(shown([0.18; 3], &AGX)[1]);
+        assert!((0.4..0.55).contains(&middle), "{middle}");
+        // Very bright red fades to white, which a cut-off leaves red.
+        let [r, g, _] = shown([100.0, 0.0, 0.0], &AGX);
+        assert!(r > 0.8 && g > 0.3, "{r} {g}");
+        for odd in [f32::NAN, f32::INFINITY, -1.0] {
+            let all = shown([odd; 3], &AGX);
+            assert!(
+                all.iter().all(|x| (0.0..=1.0).contains(x)),
+                "{odd}: {all:?}"
+            );
+        }
+    }
+
+    #[test]
+    fn a_stop_doubles_the_light() {
+        let exposed = Development {
+            exposure: 1.0,
+            ..Development::default()
+        };
+        assert_eq!(shown([0.25, 0.5, 1.5], &exposed), [0.5, 1.0, 3.0]);
+        assert_eq!(
+            shown([0.3, 0.5, 1.5], &Development::default()),
+            [0.3, 0.5, 1.5]
+        );
+    }
+}
