@@ -11,8 +11,8 @@ const MOST_KEY_FRAMES: usize = 100_000;
 /// let object = SceneObject::new("torus.obj", "discs.png").named("ring");
 /// let scene = Scene::default()
 ///     .object(object)
-///     .track(Track::new("object.ring.depth", [(0.0, 0.02), (2.0, 0.06)]));
-/// assert_eq!(scene.at_time(1.0)?.objects[0].depth, Some(0.04));
+///     .track(Track::new("object.ring.depth", [(0.0, 0.25), (2.0, 0.75)]));
+/// assert_eq!(scene.at_time(1.0)?.objects[0].depth, Some(0.5));
 /// # Ok::<(), relievo::scene::SceneError>(())
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
