@@ -537,7 +537,7 @@ fn each_frame_is_the_picture_of_its_scene() {
         let frames = "--frames 1..=3 -o out/%02d.png --aov out/%02d.exr";
         let outcome = desk.run(&format!("{RENDER} {frames}")).done();
         let lines: Vec<&str> = outcome.stdout.lines().skip(1).collect();
-        let names = [1, 2, 3].map(|n| [format!("out/0{n}.png"), format!("out/0{n}.exr")]);
+        let names = [1, 2, 3].map(|n| [format!("out/0{n}.exr"), format!("out/0{n}.png")]);
         assert_eq!(lines, names.as_flattened());
         for (frame, depth) in (1..=3).zip(depths) {
             let orbit = if tracks == ORBIT {
@@ -597,6 +597,12 @@ fn wrong_frames_are_told() {
             "--frames 0..2 -o a.png",
             1,
             "a.png has no place for the number of the frame | %04d",
+        ),
+        ("--frames 0..2 -o %d.APNG", 1, "%d.APNG holds all frames"),
+        (
+            "--frames 0..12 -o out/%d.exr --aov out/1%d.exr",
+            1,
+            "two of the outputs would be out/1",
         ),
         ("--frames 0..2 --aov a.exr", 1, "--aov a.exr has no place"),
     ] {

@@ -119,13 +119,13 @@ impl Picture {
     }
 
     /// Writes pictures of one size as an animated PNG that repeats for ever, with
-    /// `frames_per_second` rounded to thousandths, and `comments` as [`Picture::save_png`] does.
+    /// `frames_per_second` rounded to four digits, and `comments` as [`Picture::save_png`] does.
     ///
     /// # Errors
     /// [`Error::Write`] or [`Error::Encode`].
     ///
     /// # Panics
-    /// If there are no pictures, or their sizes differ.
+    /// If there are no pictures, their sizes differ, or the rate is not from 0.001 to 1000.
     pub fn save_animation(
         pictures: &[Picture],
         frames_per_second: f64,
@@ -133,6 +133,7 @@ impl Picture {
         comments: &[(&str, &str)],
     ) -> Result<(), Error> {
         let first = &pictures[0];
+        assert!((1e-3..=1e3).contains(&frames_per_second));
         let is_even = |picture: &Picture| {
             (picture.width, picture.height, picture.channels())
                 == (first.width, first.height, first.channels())

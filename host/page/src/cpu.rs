@@ -34,7 +34,7 @@ impl CpuPage {
         console_error_panic_hook::set_once();
         let scene = default::scene().map_err(|error| error.to_string())?;
         Ok(CpuPage {
-            camera: scene.camera.map(|camera| camera.orbited(scene.orbit)),
+            camera: scene.own_camera(),
             scene,
             assets: Assets::default(),
             prepared: None,
@@ -119,7 +119,7 @@ impl CpuPage {
         let prepared = match &mut self.prepared {
             Some(prepared) => prepared,
             none => {
-                let made = plan_with(&self.scene, &mut self.assets, &|_| ())
+                let made = plan_with(&self.scene.without_tracks(), &mut self.assets, &|_| ())
                     .map_err(|error| error.to_string())?;
                 none.insert(made.scene)
             }
@@ -140,12 +140,6 @@ impl CpuPage {
 
     /// Returns the scene file.
     pub fn scene(&self) -> String {
-        let scene = Scene {
-            camera: self.camera,
-            // The camera has been turned already.
-            orbit: self.camera.map_or(self.scene.orbit, |_| 0.0),
-            ..self.scene.clone()
-        };
-        scene.to_toml(Path::new(""))
+        self.scene.seen_from(self.camera).to_toml(Path::new(""))
     }
 }

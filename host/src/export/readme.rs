@@ -147,7 +147,7 @@ pub(super) fn object(
          Rewrite `frame`. Nothing else depends on the camera, except `object.slack` if it is\n\
          not 0, which is proportional to the width of a pixel. Positions are relative to the\n\
          centre of the scene, ({x}, {y}, {z}) in world units. In Relievo, `unlit_frame` in\n\
-         `host/src/prepare/view.rs` does this. For an eye, a unit view direction `f`, an `up`, a\n\
+         `host/src/prepare/camera.rs` does this. For an eye, a unit view direction `f`, an `up`, a\n\
          vertical field of view `a`, and a picture of `w` × `h` pixels:\n\n\
          ```text\n\
          r = normalize(cross(f, up))        u = cross(r, f)\n\

@@ -16,10 +16,8 @@ pub struct View {
 
 /// Returns the camera of `scene`, whose meshes are in `bounds`.
 pub(super) fn camera_of(scene: &Scene, bounds: &Bounds) -> Camera {
-    let camera = scene.camera;
-    camera
-        .unwrap_or_else(|| default_camera(bounds, scene))
-        .orbited(scene.orbit)
+    let chosen = || default_camera(bounds, scene).orbited(scene.orbit);
+    scene.own_camera().unwrap_or_else(chosen)
 }
 
 /// Returns a camera that sees everything, from the front, right and above.

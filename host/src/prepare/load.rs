@@ -65,7 +65,7 @@ impl<'a> LoadedScene<'a> {
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<LoadedScene<'a>, Error> {
         let is_seen = |bounds: &Bounds| {
-            let camera = scene.camera.map(|camera| camera.orbited(scene.orbit));
+            let camera = scene.own_camera();
             camera.is_none_or(|camera| sees(scene, &camera, bounds))
         };
         LoadedScene::load_seen(scene, &is_seen, Assets::default(), progress)
@@ -303,5 +303,6 @@ fn take_picture(scene: &Scene, account: &mut Account<'_>) -> Result<(), Error> {
     let [width, height] = scene.size.map(u64::from);
     let samples = u64::from(scene.supersampling).pow(2);
     let what = format!("the picture of {width} × {height} pixels, {samples} sample(s) each,");
-    Ok(account.take(what, width * height, 16 * samples + 3)?)
+    let channels = 3 + u64::from(scene.development.is_transparent);
+    Ok(account.take(what, width * height, 16 * samples + channels)?)
 }

@@ -1,8 +1,8 @@
 //! Scenes at some time, with the values of their tracks then.
 
 use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, find};
-use super::track::Wrong;
-use super::{Camera, Scene, SceneError, Track};
+use super::track::{MOST_KEY_FRAMES, Wrong};
+use super::{Camera, Scene, SceneError, SceneObject, Track};
 use glam::{DQuat, DVec3};
 use toml::Value;
 
@@ -29,29 +29,34 @@ fn set<T>(
         let problem = format!("ends with {name}, which is not a key; the keys there are {names}");
         return Err(("key", problem));
     };
-    let number = |x: &f64| match (beyond, key.range) {
+    let limited = |x: &f64| match (beyond, key.range) {
         (Beyond::Limit, Some((low, high))) => x.clamp(low, high),
         _ => *x,
     };
     let value = match numbers {
-        [x] if key.is_whole() => Value::Integer(number(x).round() as i64),
-        [x] => Value::Float(number(x)),
-        all => Value::Array(all.iter().map(number).map(Value::Float).collect()),
+        [x] => Value::Float(limited(x)),
+        all => Value::Array(all.iter().map(limited).map(Value::Float).collect()),
     };
     key.check(&value)
         .map_err(|problem| ("values", format!("give a {name} that {problem}")))?;
-    match key.set(owner, &value) {
-        true => Ok(()),
-        false => Err((
-            "values",
-            format!(
-                "have {} number(s) each; {name} is {}",
-                numbers.len(),
-                key.kind()
-            ),
-        )),
+    let is_set = key.set(owner, &value)
+        || match (value, beyond) {
+            (Value::Float(x), Beyond::Limit) => key.set(owner, &Value::Integer(x.round() as i64)),
+            (Value::Float(x), Beyond::Refuse) => {
+                x.fract() == 0.0 && key.set(owner, &Value::Integer(x as i64))
+            }
+            _ => false,
+        };
+    if !is_set {
+        let problem = format!("do not fit {name}, which is {}", key.kind());
+        return Err(("values", problem));
     }
+    key.applies(owner)
+        .map_err(|problem| ("key", format!("ends with {name}, which {problem}")))
 }
+
+/// Keys that stay as they are during a sequence.
+const CONSTANT: [&str; 2] = ["image.size", "image.frame_rate"];
 
 /// Sets `key` of `scene`, which is named with its tables.
 fn set_in(scene: &mut Scene, key: &str, numbers: &[f64], beyond: Beyond) -> Result<(), Wrong> {
@@ -61,6 +66,9 @@ fn set_in(scene: &mut Scene, key: &str, numbers: &[f64], beyond: Beyond) -> Resu
         ("key", problem)
     };
     let (table, rest) = key.split_once('.').ok_or_else(no_table)?;
+    if CONSTANT.contains(&key) {
+        return Err(("key", format!("is {key}, which cannot change with time")));
+    }
     match table {
         "image" => set(IMAGE, rest, scene, numbers, beyond),
         "camera" => set(CAMERA, rest, scene, numbers, beyond),
@@ -71,6 +79,12 @@ fn set_in(scene: &mut Scene, key: &str, numbers: &[f64], beyond: Beyond) -> Resu
                 Some(object) => (object, MATERIAL),
                 None => (object, OBJECT),
             };
+            let has_plan = |other: &SceneObject| other.name == object && other.budget.is_some();
+            let is_planned = find(keys, name).is_some_and(|key| key.is_planned);
+            if is_planned && scene.objects.iter().any(has_plan) {
+                let problem = format!("ends with {name}, which error_px decides; leave one out");
+                return Err(("key", problem));
+            }
             let all = scene.objects.iter_mut();
             let mut named = all.filter(|other| other.name == object).peekable();
             if named.peek().is_some() {
@@ -107,10 +121,9 @@ impl Scene {
                 let value = track.at(time);
                 set_in(&mut scene, &track.key, &value, Beyond::Limit)
             };
-            track
-                .check()
-                .and_then(set)
-                .map_err(|(key, problem)| self.invalid(name(index, key), problem))?;
+            track.check().and_then(set).map_err(|(key, problem)| {
+                self.invalid(name(index, key), format!("{problem}, at {time} s"))
+            })?;
         }
         match scene.check() {
             Err(SceneError::Invalid { key, problem, .. }) => {
@@ -120,10 +133,17 @@ impl Scene {
         }
     }
 
-    fn without_tracks(&self) -> Scene {
+    /// Returns the scene as its keys have it, without tracks.
+    #[must_use]
+    pub fn without_tracks(&self) -> Scene {
         Scene {
             tracks: Vec::new(),
-            ..self.clone()
+            path: self.path.clone(),
+            text: self.text.clone(),
+            objects: self.objects.clone(),
+            limits: self.limits.clone(),
+            files: self.files.clone(),
+            ..*self
         }
     }
 
@@ -140,31 +160,53 @@ fn name(index: usize, key: &str) -> String {
     format!("animate {}: {key}", index + 1)
 }
 
-/// Checks the tracks of `scene`, and that the scene takes each of their values.
+/// Checks the tracks of `scene`, and that its keys take each of their values. Values that
+/// depend on each other are checked at each time.
 pub(super) fn check(scene: &Scene) -> Result<(), (String, String)> {
     let animates = |key: &str| scene.tracks.iter().any(|track| track.key == key);
+    let mut changed = scene.without_tracks();
+    let mut key_frames = 0;
     for (index, track) in scene.tracks.iter().enumerate() {
-        let name = |key: &str| name(index, key);
-        track
-            .check()
-            .map_err(|(key, problem)| (name(key), problem))?;
+        let name = |(key, problem)| (name(index, key), problem);
+        track.check().map_err(name)?;
+        key_frames += track.times.len();
+        if key_frames > MOST_KEY_FRAMES {
+            let problem = format!(
+                "has key frame {key_frames}; all tracks together have at most {MOST_KEY_FRAMES}"
+            );
+            return Err(name(("times", problem)));
+        }
         let needs_eye = ["camera.target", "camera.up"].contains(&track.key.as_str());
         if needs_eye && scene.camera.is_none() && !animates("camera.eye") {
-            return Err((name("key"), "needs camera.eye in the scene".to_string()));
+            let problem = "needs camera.eye, in the scene or in another track".to_string();
+            return Err(name(("key", problem)));
         }
-        let mut changed = scene.without_tracks();
         for (time, value) in track.times.iter().zip(&track.values) {
-            let at_time = |(key, problem)| (name(key), format!("{problem}, at {time} s"));
-            set_in(&mut changed, &track.key, value, Beyond::Refuse).map_err(at_time)?;
-            // Camera keys depend on each other, and are checked at each time.
-            if !track.key.starts_with("camera.")
-                && let Err(SceneError::Invalid { key, problem, .. }) = changed.check()
-            {
-                return Err(at_time(("values", format!("give a {key} that {problem}"))));
-            }
+            set_in(&mut changed, &track.key, value, Beyond::Refuse)
+                .map_err(|(key, problem)| name((key, format!("{problem}, at {time} s"))))?;
         }
     }
     Ok(())
+}
+
+impl Scene {
+    /// Returns the camera of the scene with its orbit, if the scene has one.
+    pub fn own_camera(&self) -> Option<Camera> {
+        self.camera.map(|camera| camera.orbited(self.orbit))
+    }
+
+    /// Returns the scene with this camera in place of its own; `None` keeps that.
+    #[must_use]
+    pub fn seen_from(&self, camera: Option<Camera>) -> Scene {
+        match camera {
+            None => self.clone(),
+            Some(_) => Scene {
+                camera,
+                orbit: 0.0,
+                ..self.clone()
+            },
+        }
+    }
 }
 
 impl Camera {
@@ -237,11 +279,11 @@ mod tests {
             ),
             (
                 "key = 'object.a.b.tier'\ntimes = [0]\nvalues = [0]",
-                "tier is \"planar\"",
+                "animate 1: values do not fit tier, which is \"planar\"",
             ),
             (
                 "key = 'camera.eye'\ntimes = [0]\nvalues = [1]",
-                "animate 1: values have 1 number(s) each; eye is 3 numbers, at 0 s",
+                "animate 1: values do not fit eye, which is 3 numbers, at 0 s",
             ),
             (
                 "key = 'camera.orbit'\ntimes = [0, 0]\nvalues = [1, 2]",
@@ -253,7 +295,7 @@ mod tests {
             ),
             (
                 "key = 'camera.orbit'\ntimes = []\nvalues = []",
-                "has 0 times",
+                "animate 1: times is empty",
             ),
             (
                 "key = 'object.a.b.depth'\ntimes = [0, 1]\nvalues = [1, -1]",
@@ -264,13 +306,31 @@ mod tests {
                 "animate 1: times",
             ),
             (
-                "key = 'object.a.b.map_reduction'\ntimes = [0]\nvalues = [3]",
-                "it is a power of two",
+                "key = 'object.a.b.tolerance'\ntimes = [0]\nvalues = [3]",
+                "animate 1: key ends with tolerance, which has no meaning in this tier",
+            ),
+            (
+                "key = 'object.a.b.steps'\ntimes = [0]\nvalues = [3.5]",
+                "animate 1: values do not fit steps, which is a whole number, at 0 s",
+            ),
+            (
+                "key = 'object.a.b.bisections'\ntimes = [0]\nvalues = [nan]",
+                "animate 1: values give a bisections that is nan",
+            ),
+            (
+                "key = 'image.frame_rate'\ntimes = [0]\nvalues = [3]",
+                "animate 1: key is image.frame_rate, which cannot change with time",
             ),
         ] {
             let error = track(lines).unwrap_err();
             assert!(error.contains(expected), "{lines}: {error}");
         }
+        let planned = "[[animate]]\nkey = 'object.a.b.steps'\ntimes = [0]\nvalues = [3]\n";
+        let error = parse(&format!("error_px = 0.5\n{planned}")).unwrap_err();
+        assert!(error.contains("which error_px decides"), "{error}");
+        let reduced = track("key = 'object.a.b.map_reduction'\ntimes = [0]\nvalues = [3]");
+        let error = reduced.unwrap().at_time(0.0).unwrap_err().to_string();
+        assert!(error.contains("it is a power of two, at 0 s"), "{error}");
         // What lies between two key frames is checked where it is drawn.
         let through =
             track("key = 'camera.eye'\ntimes = [0, 2]\nvalues = [[0, 0, 5], [0, 0, -5]]").unwrap();

@@ -70,7 +70,8 @@ const ANIMATION: &str = "
 ## Animation
 
 `relievo render SCENE --frames 0..96 -o out/%04d.png` draws frames 0 to 95; frame n shows the
-scene at n / `frame_rate` seconds. Any key with numbers can change, a colour too:
+scene at n / `frame_rate` seconds. Keys with numbers or a colour can change, but for `image.size` and `image.frame_rate`.
+Commands without frames draw the values that stand in the tables.
 
 ```toml
 [[animate]]                      # a turntable: once around in four seconds
@@ -85,8 +86,8 @@ values = [0.01, 0.05, 0.05]
 interpolation = \"smooth\"
 ```
 
-Before its first key frame and after its last one a key has their values. Smooth curves stay
-in the range of their key. Colours are interpolated in sRGB. Where only camera and light change,
+Before its first key frame and after its last one a key has their values. All tracks together have
+at most 10,000 key frames. Smooth curves stay in the range of their key. Colours are interpolated in sRGB. Where only camera and light change,
 the scene is prepared once.
 ";
 

@@ -1,7 +1,7 @@
 //! Resetting of values that have no meaning after a change of tier, technique or
 //! error budget.
 
-use super::keys::OBJECT;
+use super::keys::{OBJECT, find};
 use super::{Scene, SceneObject, Search, Tier};
 use relievo_shared::profile;
 
@@ -38,8 +38,8 @@ impl SceneObject {
 
 impl Scene {
     /// Gives all objects but those drawn by relief mapping this error budget,
-    /// pixels, in place of tier, tolerance, slack, steps and map. `None` changes
-    /// nothing.
+    /// pixels, in place of tier, tolerance, slack, steps and map, and of their tracks. `None`
+    /// changes nothing.
     pub fn set_budget(&mut self, budget: Option<f64>) {
         if budget.is_none() {
             return;
@@ -49,5 +49,11 @@ impl Scene {
             object.reset_planned();
             object.budget = budget;
         }
+        self.tracks.retain(|track| {
+            let object = track.key.strip_prefix("object.");
+            let key = object.and_then(|key| key.rsplit_once('.'));
+            let key = key.and_then(|(_, name)| find(OBJECT, name));
+            !key.is_some_and(|key| key.is_planned)
+        });
     }
 }

@@ -162,7 +162,7 @@ impl Viewer {
         let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy();
         let mut viewer = Viewer {
             name: format!("{stem}-view"),
-            camera: scene.camera.map(|camera| camera.orbited(scene.orbit)),
+            camera: scene.own_camera(),
             platform,
             scene,
             selected: 0,
@@ -204,9 +204,11 @@ impl Viewer {
         self.moved = Instant::now();
         // The workshop drops an earlier check.
         self.analysing = None;
-        let mut scenes = vec![self.scene.clone()];
+        // It shows no time: tracks are kept for the file only.
+        let scene = self.scene.without_tracks();
+        let mut scenes = vec![scene.clone()];
         if let Some(tier) = self.compared {
-            let mut other = self.scene.clone();
+            let mut other = scene;
             for object in &mut other.objects {
                 object.budget = None;
                 object.tier = tier;

@@ -45,12 +45,7 @@ pub(super) struct Taken {
 impl Viewer {
     /// Returns the scene with the current camera.
     pub(super) fn saved_scene(&self) -> Scene {
-        Scene {
-            camera: self.camera,
-            // The camera has been turned already.
-            orbit: self.camera.map_or(self.scene.orbit, |_| 0.0),
-            ..self.scene.clone()
-        }
+        self.scene.seen_from(self.camera)
     }
 
     /// Shows where files were saved, or the error.

@@ -79,6 +79,15 @@ fn show(
             ""
         }
     ))?;
+    if !scene.tracks.is_empty() {
+        let times = scene.tracks.iter().filter_map(|track| track.times.last());
+        let end = times.copied().fold(0.0, f64::max);
+        say(format_args!(
+            "animation: {} key(s) change until {end} s, {} frames per second",
+            scene.tracks.len(),
+            scene.frame_rate
+        ))?;
+    }
     let copies = |number: usize| {
         let objects = prepared.objects.iter();
         objects.filter(|object| object.number == number).count()

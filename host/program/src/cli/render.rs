@@ -21,7 +21,8 @@ use std::time::Instant;
 pub struct RenderArguments {
     /// Scene file (TOML)
     pub(super) scene: PathBuf,
-    /// Output picture [default: the scene's name with .png, in the current folder]
+    /// Output picture [default: the scene's name with .png, or .%04d.png with --frames, in the
+    /// current folder]
     #[arg(short, long, value_name = "OUT.png")]
     pub(super) output: Option<PathBuf>,
     /// Renderer

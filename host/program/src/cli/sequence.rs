@@ -4,15 +4,17 @@ use super::progress::Bar;
 use super::render::{RenderArguments, SOFTWARE, check_outputs, default_output, draw, take_aov};
 use super::say;
 use super::session::{Loaded, choose_renderer, say_plans};
+use anyhow::bail;
 use relievo::Error;
 use relievo::aov::{MOTION_BYTES, PIXEL_BYTES, save_exr};
-use relievo::budget::{PlannedScene, plan_with};
+use relievo::budget::{Plan, PlannedScene, plan_with};
 use relievo::limits::Account;
 use relievo::motion::Moment;
 use relievo::picture::Picture;
 use relievo::prepare::{Assets, PreparedScene, View};
 use relievo::render::Renderer;
 use relievo::scene::Scene;
+use std::collections::HashSet;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
@@ -26,47 +28,126 @@ struct Names {
 }
 
 impl Names {
-    /// Reads a pattern; `None` unless it has one place for the number.
-    fn parse(pattern: &Path) -> Option<Names> {
-        let (before, rest) = pattern.to_str()?.split_once('%')?;
-        let (digits, after) = rest.split_once('d')?;
-        let is_plain = digits.is_empty() || digits.starts_with('0');
-        let digits = if digits.is_empty() {
-            1
-        } else {
-            digits.parse().ok()?
-        };
-        (is_plain && digits <= 20 && !after.contains('%')).then(|| Names {
-            before: before.to_string(),
-            digits,
-            after: after.to_string(),
-        })
+    /// Reads a pattern: `%d` or `%04d` is the place of the number, `%%` a percent sign.
+    ///
+    /// # Errors
+    /// What is wrong with the pattern.
+    fn parse(pattern: &Path) -> Result<Names, &'static str> {
+        let text = pattern.to_str();
+        let mut rest = text.ok_or("is not Unicode; choose another name")?;
+        // What stands before the first place, between places, and after the last one.
+        let mut parts = Vec::new();
+        let mut part = String::new();
+        let mut digits = 1;
+        while let Some((before, after)) = rest.split_once('%') {
+            part.push_str(before);
+            let end = after.find(|c: char| !c.is_ascii_digit());
+            let (width, tail) = after.split_at(end.unwrap_or(after.len()));
+            let is_width = width.is_empty() || width.starts_with('0') && width.len() <= 3;
+            match tail.strip_prefix('d').filter(|_| is_width) {
+                Some(tail) => {
+                    digits = width.parse().unwrap_or(1);
+                    parts.push(std::mem::take(&mut part));
+                    rest = tail;
+                }
+                None => {
+                    part.push('%');
+                    rest = after.strip_prefix('%').unwrap_or(after);
+                }
+            }
+        }
+        part.push_str(rest);
+        parts.push(part);
+        match <[String; 2]>::try_from(parts) {
+            Ok([before, after]) => Ok(Names {
+                before,
+                digits,
+                after,
+            }),
+            Err(parts) if parts.len() < 2 => Err(
+                "has no place for the number of the frame; write %04d into it, such as out/%04d.png",
+            ),
+            Err(_) => Err("has several places for the number of the frame; leave one %04d"),
+        }
     }
 
+    /// Returns the name for a frame.
     fn of(&self, frame: u64) -> PathBuf {
         let digits = self.digits;
         format!("{}{frame:0digits$}{}", self.before, self.after).into()
     }
 }
 
+/// Reads the pattern of an option.
+fn names(option: &str, path: &Path) -> anyhow::Result<Names> {
+    Names::parse(path).map_err(|problem| anyhow::anyhow!("{option} {} {problem}", path.display()))
+}
+
 /// Where the pictures go.
 enum Output {
     /// A file for each frame.
     Files(Names),
-    /// One animated PNG.
+    /// One animated PNG, written at the end.
     Animation {
         path: PathBuf,
         pictures: Vec<Picture>,
     },
 }
 
-fn names(option: &str, path: &Path) -> anyhow::Result<Names> {
-    Names::parse(path).ok_or_else(|| {
-        anyhow::anyhow!(
-            "{option} {} has no place for the number of the frame; write %04d into it, such as out/%04d.png",
-            path.display()
-        )
-    })
+impl Output {
+    /// Returns the output at `path` for `count` pictures of `scene`.
+    fn new(
+        path: PathBuf,
+        scene: &Scene,
+        count: u64,
+        account: &mut Account<'_>,
+    ) -> anyhow::Result<Output> {
+        let extension = path.extension();
+        if !extension.is_some_and(|extension| extension.eq_ignore_ascii_case("apng")) {
+            return Ok(Output::Files(names("--output", &path)?));
+        }
+        if Names::parse(&path).is_ok() {
+            bail!(
+                "--output {} holds all frames; leave out the place for their number, or write .png",
+                path.display()
+            );
+        }
+        let pixels: u64 = scene.size.map(u64::from).iter().product();
+        let channels = 3 + u64::from(scene.development.is_transparent);
+        let what = format!("the animation of {count} frames");
+        account.take(what, pixels.saturating_mul(count), channels)?;
+        Ok(Output::Animation {
+            path,
+            pictures: Vec::new(),
+        })
+    }
+
+    /// Refuses names of inputs and names that come twice.
+    fn check(&self, scene: &Scene, aov: Option<&Names>, frames: Range<u64>) -> anyhow::Result<()> {
+        let mut seen = HashSet::new();
+        for frame in frames {
+            let aov = aov.map(|names| names.of(frame));
+            let picture = match self {
+                Output::Files(names) => names.of(frame),
+                Output::Animation { path, .. } => path.clone(),
+            };
+            check_outputs(scene, &picture, aov.as_deref())?;
+            let of_frame = match self {
+                Output::Files(_) => [Some(picture), aov],
+                Output::Animation { .. } => [aov, None],
+            };
+            for path in of_frame.into_iter().flatten() {
+                if seen.contains(&path) {
+                    bail!(
+                        "two of the outputs would be {}; choose another name for -o or --aov",
+                        path.display()
+                    );
+                }
+                seen.insert(path);
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A sequence that is being drawn.
@@ -85,24 +166,7 @@ pub fn run(arguments: &RenderArguments, frames: Range<u64>) -> anyhow::Result<()
     let mut scene = Scene::load_within(&arguments.scene, &limits)?;
     scene.set_budget(arguments.budget);
     scene.size = arguments.size.unwrap_or(scene.size);
-    let path = default_output(arguments, "%04d.png");
     let mut account = Account::new(&scene.path, &limits);
-    let output = if path
-        .extension()
-        .is_some_and(|extension| extension == "apng")
-    {
-        let pixels: u64 = scene.size.map(u64::from).iter().product();
-        let count = frames.end - frames.start;
-        let what = format!("the animation of {count} frames");
-        account.take(what, pixels.saturating_mul(count), 3)?;
-        check_outputs(&scene, &path, None)?;
-        Output::Animation {
-            path,
-            pictures: Vec::new(),
-        }
-    } else {
-        Output::Files(names("--output", &path)?)
-    };
     let aov = match &arguments.aov {
         Some(path) => {
             take_aov(&scene, PIXEL_BYTES + MOTION_BYTES, &mut account)?;
@@ -110,13 +174,9 @@ pub fn run(arguments: &RenderArguments, frames: Range<u64>) -> anyhow::Result<()
         }
         None => None,
     };
-    for frame in frames.clone() {
-        let aov = aov.as_ref().map(|names| names.of(frame));
-        match &output {
-            Output::Files(names) => check_outputs(&scene, &names.of(frame), aov.as_deref())?,
-            Output::Animation { path, .. } => check_outputs(&scene, path, aov.as_deref())?,
-        }
-    }
+    let path = default_output(arguments, "%04d.png");
+    let output = Output::new(path, &scene, frames.end - frames.start, &mut account)?;
+    output.check(&scene, aov.as_ref(), frames.clone())?;
     let mut sequence = Sequence {
         arguments,
         scene: &scene,
@@ -124,17 +184,20 @@ pub fn run(arguments: &RenderArguments, frames: Range<u64>) -> anyhow::Result<()
         aov,
         before: None,
     };
-    if scene.is_still() {
-        sequence.draw_still(frames)?;
+    let drawn = if scene.is_still() {
+        sequence.draw_still(frames)
     } else {
-        sequence.draw_changing(frames)?;
-    }
-    if let Output::Animation { path, pictures } = &sequence.output {
+        sequence.draw_changing(frames)
+    };
+    // What was drawn before an error is kept.
+    if let Output::Animation { path, pictures } = &sequence.output
+        && !pictures.is_empty()
+    {
         let comments = [("Software", SOFTWARE), ("relievo-scene", &scene.text)];
         Picture::save_animation(pictures, scene.frame_rate, path, &comments)?;
         say(format_args!("{}", path.display()))?;
     }
-    Ok(())
+    drawn
 }
 
 impl Sequence<'_> {
@@ -143,8 +206,8 @@ impl Sequence<'_> {
         Ok(self.scene.at_time(number as f64 / self.scene.frame_rate)?)
     }
 
-    /// Returns the number of the frame that the motion in `first` is measured from: frame 0 has
-    /// none before.
+    /// Returns the number of the frame that the motion in frame `first` is measured from, if
+    /// that is asked for; none is before frame 0.
     fn earlier(&self, first: u64) -> Option<u64> {
         self.aov.as_ref().and_then(|_| first.checked_sub(1))
     }
@@ -182,7 +245,7 @@ impl Sequence<'_> {
             let scene = self.load(&self.at(earlier)?, &mut assets)?.scene;
             self.before = Some(Moment::new(&scene, &scene.view()));
         }
-        let start = frames.start;
+        let mut told = None;
         for number in frames {
             let scene = self.at(number)?;
             let PlannedScene {
@@ -194,14 +257,19 @@ impl Sequence<'_> {
                 prepared,
                 plans,
             };
-            let (mut renderer, line) = self.renderer(&loaded.prepared, &loaded.plans)?;
-            if number == start {
-                say(format_args!("{line}"))?;
-                say_plans(&loaded)?;
-            }
             let Loaded {
-                scene, prepared, ..
+                scene,
+                prepared,
+                plans,
             } = &loaded;
+            let (mut renderer, line) = self.renderer(prepared, plans)?;
+            if told.is_none() {
+                say(format_args!("{line}"))?;
+            }
+            if told.as_ref() != Some(plans) {
+                say_plans(&loaded)?;
+                told = Some(plans.clone());
+            }
             self.draw(number, scene, prepared, &prepared.view(), renderer.as_mut())?;
         }
         Ok(())
@@ -210,7 +278,7 @@ impl Sequence<'_> {
     fn renderer<'s>(
         &self,
         prepared: &'s PreparedScene,
-        plans: &[Option<relievo::budget::Plan>],
+        plans: &[Option<Plan>],
     ) -> Result<(Box<dyn Renderer + 's>, String), Error> {
         let adapter = self.arguments.adapter.as_deref();
         Ok(choose_renderer(
@@ -230,6 +298,17 @@ impl Sequence<'_> {
         view: &View,
         renderer: &mut dyn Renderer,
     ) -> anyhow::Result<()> {
+        // The picture comes last: where it is, the frame is complete.
+        if let Some(names) = &self.aov {
+            let words = renderer.geometry(&view.frame).map_err(Error::from)?;
+            let now = Moment::new(prepared, view);
+            // Frame 0 has no motion.
+            let before = self.before.as_ref().unwrap_or(&now);
+            let path = names.of(number);
+            save_exr(&path, &words, scene, prepared, view, Some(before))?;
+            say(format_args!("{}", path.display()))?;
+            self.before = Some(now);
+        }
         let picture = draw(prepared, view, renderer)?;
         match &mut self.output {
             Output::Files(names) => {
@@ -245,16 +324,6 @@ impl Sequence<'_> {
             }
             Output::Animation { pictures, .. } => pictures.push(picture),
         }
-        if let Some(names) = &self.aov {
-            let words = renderer.geometry(&view.frame).map_err(Error::from)?;
-            let now = Moment::new(prepared, view);
-            // Frame 0 has no motion.
-            let before = self.before.as_ref().unwrap_or(&now);
-            let path = names.of(number);
-            save_exr(&path, &words, scene, prepared, view, Some(before))?;
-            say(format_args!("{}", path.display()))?;
-            self.before = Some(now);
-        }
         Ok(())
     }
 }
@@ -265,19 +334,25 @@ mod tests {
 
     #[test]
     fn names_have_one_place_for_the_number() {
-        let name =
-            |pattern: &str, frame| Names::parse(Path::new(pattern)).map(|names| names.of(frame));
-        assert_eq!(name("out/%04d.png", 7), Some("out/0007.png".into()));
-        assert_eq!(name("%d.png", 12345), Some("12345.png".into()));
-        for bad in [
-            "out.png",
-            "%4d.png",
-            "%s.png",
-            "%04d%d.png",
-            "100%.png",
-            "%099d.png",
+        let name = |pattern: &str| Names::parse(Path::new(pattern)).map(|names| names.of(7));
+        for (pattern, expected) in [
+            ("out/%04d.png", "out/0007.png"),
+            ("%d.png", "7.png"),
+            ("100% done/50%%-%03d.png", "100% done/50%-007.png"),
+            ("a%20b/%d%", "a%20b/7%"),
         ] {
-            assert_eq!(name(bad, 1), None, "{bad}");
+            assert_eq!(name(pattern), Ok(PathBuf::from(expected)), "{pattern}");
+        }
+        let long = Names::parse(Path::new("%d")).unwrap().of(12345);
+        assert_eq!(long, PathBuf::from("12345"));
+        for (bad, part) in [
+            ("out.png", "no place"),
+            ("%4d.png", "no place"),
+            ("%s.png", "no place"),
+            ("%0999d.png", "no place"),
+            ("%04d%d.png", "several places"),
+        ] {
+            assert!(name(bad).unwrap_err().contains(part), "{bad}");
         }
     }
 }

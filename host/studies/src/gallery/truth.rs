@@ -6,6 +6,7 @@ use relievo::oracle::{AnalyticOracle, Truth};
 use relievo::picture::Picture;
 use relievo::prepare::PreparedScene;
 use relievo::render::{ColorWords, RenderError};
+use relievo::scene::Development;
 use relievo_shared::camera::pixel_ray;
 use relievo_shared::light::shade;
 
@@ -46,5 +47,5 @@ pub fn truth_picture(
         height: truth.height as u32,
         words,
     };
-    Picture::develop(&words, scene.supersampling, &scene.development)
+    Picture::develop(&words, scene.supersampling, &Development::default())
 }
