@@ -17,11 +17,10 @@ pub struct Moment {
 impl Moment {
     /// Returns the moment of the picture of `scene` in `view`.
     pub fn new(scene: &PreparedScene, view: &View) -> Moment {
-        let objects = scene.objects.iter();
         Moment {
             frame: view.frame,
             eye: DVec3::from(view.camera.eye),
-            transforms: objects.map(|object| object.transform).collect(),
+            transforms: transforms(scene),
         }
     }
 
@@ -30,11 +29,7 @@ impl Moment {
     ///
     /// Points move with their object as a whole: a depth that changes moves nothing.
     pub fn motion<'a>(&'a self, scene: &PreparedScene) -> impl Fn(Hit<'_, '_>) -> [f32; 2] + 'a {
-        let now: Vec<Placement> = scene
-            .objects
-            .iter()
-            .map(|object| object.transform)
-            .collect();
+        let now = transforms(scene);
         // Which object a pixel shows is known only by tracing again.
         let is_moving = self.transforms.len() == now.len() && self.transforms != now;
         move |hit| {
@@ -66,6 +61,12 @@ impl Moment {
         let [width, height] = frame.size.map(f64::from);
         (depth > 0.0).then_some([0.5 * width * (1.0 + x), 0.5 * height * (1.0 - y)])
     }
+}
+
+/// Returns where the objects of `scene` are.
+fn transforms(scene: &PreparedScene) -> Vec<Placement> {
+    let objects = scene.objects.iter();
+    objects.map(|object| object.transform).collect()
 }
 
 #[cfg(test)]

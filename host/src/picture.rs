@@ -17,8 +17,8 @@
 use crate::Error;
 use crate::file::write_whole;
 use crate::render::{ColorWords, RenderError, allocate};
-use crate::scene::Development;
-use crate::tone::shown;
+use crate::scene::{Development, FRAME_RATES};
+use crate::tone::Developer;
 use rayon::prelude::*;
 use relievo_shared::normals::CLASS_MISS;
 use std::io::Write;
@@ -50,6 +50,7 @@ impl Picture {
     ) -> Result<Picture, RenderError> {
         assert!(words.width.is_multiple_of(factor) && words.height.is_multiple_of(factor));
         let (width, height) = (words.width / factor, words.height / factor);
+        let developer = Developer::new(development);
         let channels = if development.is_transparent { 4 } else { 3 };
         let row = channels * width as usize;
         let mut bytes = allocate("the picture", row * height as usize, 0)?;
@@ -60,14 +61,13 @@ impl Picture {
                 for sample in 0..factor * factor {
                     let sx = x as u32 * factor + sample % factor;
                     let sy = y as u32 * factor + sample / factor;
-                    let is_hit = words.class(sx, sy) != CLASS_MISS;
-                    let color = match (is_hit, development.is_transparent) {
-                        (true, _) => shown(words.rgb(sx, sy), development),
-                        (false, false) => words.rgb(sx, sy),
-                        (false, true) => continue,
-                    };
+                    let words = words.pixel(sx, sy);
+                    let is_hit = words[3] != CLASS_MISS;
+                    if !is_hit && development.is_transparent {
+                        continue;
+                    }
                     hits += u32::from(is_hit);
-                    for (total, channel) in sum.iter_mut().zip(color) {
+                    for (total, channel) in sum.iter_mut().zip(developer.pixel(words)) {
                         *total += channel;
                     }
                 }
@@ -125,7 +125,8 @@ impl Picture {
     /// [`Error::Write`] or [`Error::Encode`].
     ///
     /// # Panics
-    /// If there are no pictures, their sizes differ, or the rate is not from 0.001 to 1000.
+    /// If there are no pictures, their sizes differ, or the rate is not one of
+    /// [`FRAME_RATES`].
     pub fn save_animation(
         pictures: &[Picture],
         frames_per_second: f64,
@@ -133,7 +134,8 @@ impl Picture {
         comments: &[(&str, &str)],
     ) -> Result<(), Error> {
         let first = &pictures[0];
-        assert!((1e-3..=1e3).contains(&frames_per_second));
+        let (slowest, fastest) = FRAME_RATES;
+        assert!((slowest..=fastest).contains(&frames_per_second));
         let is_even = |picture: &Picture| {
             (picture.width, picture.height, picture.channels())
                 == (first.width, first.height, first.channels())

@@ -2,6 +2,7 @@
 
 use crate::scene::{Development, Tone};
 use glam::{Mat3, Vec3};
+use relievo_shared::normals::CLASS_MISS;
 
 /// Linear sRGB to linear Rec. 2020, and back (ITU-R BT.2407).
 const TO_WIDE: Mat3 = Mat3::from_cols_array(&[
@@ -27,27 +28,51 @@ const OUTSET: Mat3 = Mat3::from_cols_array(&[
 /// as logarithms to base 2.
 const RANGE: [f32; 2] = [-12.47393, 4.026069];
 
-/// Returns the colour that the screen shows for `light`, both linear sRGB.
+/// Develops the pixels of one picture.
 ///
 /// ```
 /// use relievo::scene::{Development, Tone};
-/// use relievo::tone::shown;
+/// use relievo::tone::Developer;
 ///
 /// let agx = Development { tone: Tone::Agx, exposure: 1.0, ..Development::default() };
-/// let [grey, ..] = shown([0.09; 3], &agx);
+/// let [grey, ..] = Developer::new(&agx).shown([0.09; 3]);
 /// assert!((grey - 0.18).abs() < 0.04);
 /// ```
-pub fn shown(light: [f32; 3], development: &Development) -> [f32; 3] {
-    let light = light.map(|channel| channel * gain(development));
-    match development.tone {
-        Tone::Clip => light,
-        Tone::Agx => agx(light.into()).to_array(),
-    }
+#[derive(Clone, Copy, Debug)]
+pub struct Developer {
+    /// Factor of the exposure.
+    pub gain: f32,
+    tone: Tone,
 }
 
-/// Returns the factor of the exposure.
-pub fn gain(development: &Development) -> f32 {
-    development.exposure.exp2() as f32
+impl Developer {
+    /// Creates the developer of pictures with this exposure and tone curve.
+    pub fn new(development: &Development) -> Developer {
+        Developer {
+            gain: development.exposure.exp2() as f32,
+            tone: development.tone,
+        }
+    }
+
+    /// Returns the colour that the screen shows for `light`, both linear sRGB.
+    pub fn shown(&self, light: [f32; 3]) -> [f32; 3] {
+        let light = light.map(|channel| channel * self.gain);
+        match self.tone {
+            Tone::Clip => light,
+            Tone::Agx => agx(light.into()).to_array(),
+        }
+    }
+
+    /// Returns the colour that the screen shows for a pixel of
+    /// [`ColorWords`](crate::render::ColorWords), linear sRGB. The background keeps its colour.
+    pub fn pixel(&self, words: [u32; 4]) -> [f32; 3] {
+        let [r, g, b, class] = words;
+        let color = [r, g, b].map(f32::from_bits);
+        match class {
+            CLASS_MISS => color,
+            _ => self.shown(color),
+        }
+    }
 }
 
 /// AgX, with the polynomial of Benjamin Wrensch ("Minimal AgX Implementation", 2024) for its
@@ -84,20 +109,20 @@ mod tests {
     fn agx_keeps_greys_grey_rises_and_ends_at_white() {
         let mut before = -1.0;
         for stop in -12..=8 {
-            let [r, g, b] = shown([0.18 * (stop as f32).exp2(); 3], &AGX);
+            let [r, g, b] = Developer::new(&AGX).shown([0.18 * (stop as f32).exp2(); 3]);
             assert!((r - g).abs() < 0.01 && (g - b).abs() < 0.01, "{r} {g} {b}");
             assert!(g >= before - 1e-4, "{stop}: {g} {before}");
             before = g;
         }
         assert!(before > 0.9, "{before}");
         // Middle grey is half way on the screen.
-        let middle = srgb(shown([0.18; 3], &AGX)[1]);
+        let middle = srgb(Developer::new(&AGX).shown([0.18; 3])[1]);
         assert!((0.4..0.55).contains(&middle), "{middle}");
         // Very bright red fades to white, which a cut-off leaves red.
-        let [r, g, _] = shown([100.0, 0.0, 0.0], &AGX);
+        let [r, g, _] = Developer::new(&AGX).shown([100.0, 0.0, 0.0]);
         assert!(r > 0.8 && g > 0.3, "{r} {g}");
         for odd in [f32::NAN, f32::INFINITY, -1.0] {
-            let all = shown([odd; 3], &AGX);
+            let all = Developer::new(&AGX).shown([odd; 3]);
             assert!(
                 all.iter().all(|x| (0.0..=1.0).contains(x)),
                 "{odd}: {all:?}"
@@ -111,9 +136,12 @@ mod tests {
             exposure: 1.0,
             ..Development::default()
         };
-        assert_eq!(shown([0.25, 0.5, 1.5], &exposed), [0.5, 1.0, 3.0]);
         assert_eq!(
-            shown([0.3, 0.5, 1.5], &Development::default()),
+            Developer::new(&exposed).shown([0.25, 0.5, 1.5]),
+            [0.5, 1.0, 3.0]
+        );
+        assert_eq!(
+            Developer::new(&Development::default()).shown([0.3, 0.5, 1.5]),
             [0.3, 0.5, 1.5]
         );
     }

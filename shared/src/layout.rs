@@ -316,8 +316,8 @@ pub struct Object {
     pub quotients: Quotients,
 }
 
-/// Quotients of an [`Object`]'s parameters: a division costs as much as ten products in
-/// the exact shaders.
+/// Quotients of an [`Object`]'s parameters, so that pixels do not divide by them: the exact
+/// shaders correct each division.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 #[cfg_attr(not(feature = "double"), derive(bytemuck::Pod, bytemuck::Zeroable))]
 #[repr(C)]

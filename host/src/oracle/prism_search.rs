@@ -10,7 +10,7 @@ use relievo_shared_f64::layout::PrismData;
 use relievo_shared_f64::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
 use relievo_shared_f64::prism::{Jacobian, Prism, State, cap_hull, normal_hull, solve};
 use relievo_shared_f64::profile::Profile;
-use relievo_shared_f64::shape_map::{SafeStep, ShapeMap};
+use relievo_shared_f64::shape_map::ShapeMap;
 
 /// Tolerance of the range of weights and δ: neighbouring prisms overlap by more
 /// than rounding errors.
@@ -341,7 +341,6 @@ struct PrismRay<'a> {
     profile: &'a Profile,
     map: &'a ShapeMap,
     texels: &'a [u32],
-    safe: SafeStep,
     /// Where the ray enters the hull, relative to the anchor; times start there.
     origin: DVec3,
     direction: DVec3,
@@ -408,10 +407,10 @@ impl PrismRay<'_> {
     /// The bounds are those of the straight march, with the maxima within `longest`
     /// of the texels per object unit and of the growth of the radius.
     fn safe_time(&self, state: &State, distance: f64, gap: f64, longest: f64) -> f64 {
-        let steepest = self.safe.steepest;
+        let steepest = self.map.safe.steepest;
         let near = div(gap, steepest);
         let (far, flat) = if distance >= 1.5 {
-            let margin = self.safe.margin;
+            let margin = self.map.safe.margin;
             (
                 gap - margin,
                 distance - self.profile.largest_radius() - margin,
@@ -483,7 +482,6 @@ pub(super) fn search(
         profile,
         map,
         texels,
-        safe: map.safe,
         origin: from_eye + direction * enter,
         direction,
     };

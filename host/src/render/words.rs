@@ -16,13 +16,13 @@ pub struct ColorWords {
 impl ColorWords {
     /// Returns the linear RGB of a pixel.
     pub fn rgb(&self, x: u32, y: u32) -> [f32; 3] {
-        let [r, g, b, _] = self.words[y as usize * self.width as usize + x as usize];
+        let [r, g, b, _] = self.pixel(x, y);
         [r, g, b].map(f32::from_bits)
     }
 
-    /// Returns the class of a pixel, a `CLASS_` constant of [`relievo_shared::normals`].
-    pub fn class(&self, x: u32, y: u32) -> u32 {
-        self.words[y as usize * self.width as usize + x as usize][3]
+    /// Returns the words of a pixel.
+    pub fn pixel(&self, x: u32, y: u32) -> [u32; 4] {
+        self.words[y as usize * self.width as usize + x as usize]
     }
 }
 

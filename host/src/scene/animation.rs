@@ -1,7 +1,7 @@
 //! Scenes at some time, with the values of their tracks then.
 
 use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, find};
-use super::track::{MOST_KEY_FRAMES, Wrong};
+use super::track::{MOST_KEY_FRAMES, Wrong, object_key};
 use super::{Camera, Scene, SceneError, SceneObject, Track};
 use glam::{DQuat, DVec3};
 use toml::Value;
@@ -74,7 +74,7 @@ fn set_in(scene: &mut Scene, key: &str, numbers: &[f64], beyond: Beyond) -> Resu
         "camera" => set(CAMERA, rest, scene, numbers, beyond),
         "light" => set(LIGHT, rest, scene, numbers, beyond),
         "object" => {
-            let (object, name) = rest.rsplit_once('.').ok_or_else(no_table)?;
+            let (object, name) = object_key(key).ok_or_else(no_table)?;
             let (object, keys) = match object.strip_suffix(".material") {
                 Some(object) => (object, MATERIAL),
                 None => (object, OBJECT),
@@ -138,12 +138,7 @@ impl Scene {
     pub fn without_tracks(&self) -> Scene {
         Scene {
             tracks: Vec::new(),
-            path: self.path.clone(),
-            text: self.text.clone(),
-            objects: self.objects.clone(),
-            limits: self.limits.clone(),
-            files: self.files.clone(),
-            ..*self
+            ..self.clone()
         }
     }
 

@@ -32,6 +32,9 @@ pub const BUDGETS: (f64, f64) = (0.01, 100.0);
 /// Range of tolerances, pixels.
 pub const TOLERANCES: (f64, f64) = (1e-4, 16.0);
 
+/// Range of frame rates, frames per second.
+pub const FRAME_RATES: (f64, f64) = (1e-3, 1e3);
+
 /// A key of scene files that sets a field of `T`.
 pub struct Key<T: 'static> {
     /// Name, without that of the table.
@@ -137,7 +140,7 @@ pub static IMAGE: &[Key<Scene>] = &[
         .slider("Exposure", -4.0, 4.0),
     key!(Scene, "tone", development.tone: Tone, "Tone curve of the objects: `agx` lets bright light fade to white, `clip` cuts it off."),
     key!(Scene, "frame_rate", frame_rate: f64, "Frames per second of a sequence ([animation](#animation)).")
-        .range(1e-3, 1e3)
+        .range(FRAME_RATES.0, FRAME_RATES.1)
         .unit("1/s"),
 ];
 

@@ -54,7 +54,7 @@ pub use development::{Development, Tone};
 pub use error::SceneError;
 pub(crate) use instances::rotation;
 pub use instances::{Grid, Instance, Instances};
-pub use keys::{BUDGETS, LARGEST_PICTURE_SIDE};
+pub use keys::{BUDGETS, FRAME_RATES, LARGEST_PICTURE_SIDE};
 pub use model::{Camera, Light, Scene};
 pub use object::{Extrusion, MapOptions, Material, SceneObject};
 pub use shape::Shape;

@@ -182,17 +182,30 @@ impl Reader<'_> {
             let name = format!("animate {}", index + 1);
             let table = self.table(&name, value)?;
             let prefix = format!("{name}: ");
-            for required in TRACK.iter().filter(|key| key.is_required) {
-                if table.get(required.name).is_none() {
-                    let problem = format!("is missing; add a line {} = …", required.name);
-                    return Err(self.wrong(&format!("{prefix}{}", required.name), problem));
-                }
-            }
+            self.require(table, &prefix, TRACK, "…")?;
             let mut track = Track::default();
             self.keys(table, &prefix, TRACK, &[], &mut track)?;
             scene.tracks.push(track);
         }
         Ok(())
+    }
+
+    /// Refuses a table without a key that it has to have; `example` is a value of such keys.
+    fn require<T>(
+        &self,
+        table: &DeTable<'_>,
+        prefix: &str,
+        keys: &[Key<T>],
+        example: &str,
+    ) -> Result<(), SceneError> {
+        let mut required = keys.iter().filter(|key| key.is_required);
+        match required.find(|key| table.get(key.name).is_none()) {
+            None => Ok(()),
+            Some(Key { name, .. }) => {
+                let problem = format!("is missing; add a line {name} = {example}");
+                Err(self.wrong(&format!("{prefix}{name}"), problem))
+            }
+        }
     }
 
     /// Returns the tables of the array `name`; none if it is missing.
@@ -220,12 +233,7 @@ impl Reader<'_> {
             .chain(["material"])
             .collect();
         self.only(table, &prefix, &names)?;
-        for required in ["mesh", "shape"] {
-            if table.get(required).is_none() {
-                let problem = format!("is missing; add a line {required} = \"…\"");
-                return Err(self.wrong(&format!("{prefix}{required}"), problem));
-            }
-        }
+        self.require(table, &prefix, OBJECT, "\"…\"")?;
         let given = |name: &str| table.get(name).is_some();
         let parameters: Vec<&str> = OBJECT.iter().map(|key| key.name).collect();
         let parameters = parameters

@@ -71,7 +71,7 @@ const ANIMATION: &str = "
 
 `relievo render SCENE --frames 0..96 -o out/%04d.png` draws frames 0 to 95; frame n shows the
 scene at n / `frame_rate` seconds. Keys with numbers or a colour can change, but for `image.size` and `image.frame_rate`.
-Commands without frames draw the values that stand in the tables.
+Without `--frames` the values in the tables are used, and the tracks are not.
 
 ```toml
 [[animate]]                      # a turntable: once around in four seconds
@@ -86,7 +86,7 @@ values = [0.01, 0.05, 0.05]
 interpolation = \"smooth\"
 ```
 
-Before its first key frame and after its last one a key has their values. All tracks together have
+A key has its first value before the first key frame, and its last value after the last one. All tracks together have
 at most 10,000 key frames. Smooth curves stay in the range of their key. Colours are interpolated in sRGB. Where only camera and light change,
 the scene is prepared once.
 ";

@@ -2,6 +2,7 @@
 //! error budget.
 
 use super::keys::{OBJECT, find};
+use super::track::object_key;
 use super::{Scene, SceneObject, Search, Tier};
 use relievo_shared::profile;
 
@@ -50,9 +51,7 @@ impl Scene {
             object.budget = budget;
         }
         self.tracks.retain(|track| {
-            let object = track.key.strip_prefix("object.");
-            let key = object.and_then(|key| key.rsplit_once('.'));
-            let key = key.and_then(|(_, name)| find(OBJECT, name));
+            let key = object_key(&track.key).and_then(|(_, name)| find(OBJECT, name));
             !key.is_some_and(|key| key.is_planned)
         });
     }

@@ -131,6 +131,12 @@ impl Track {
     }
 }
 
+/// Splits `object.NAME.KEY` into the object's name, with `.material` where the key is of that
+/// table, and the key.
+pub(super) fn object_key(key: &str) -> Option<(&str, &str)> {
+    key.strip_prefix("object.")?.rsplit_once('.')
+}
+
 /// A key of a table `[[animate]]`, and what is wrong with its value.
 pub(super) type Wrong = (&'static str, String);
 

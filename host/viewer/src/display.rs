@@ -9,7 +9,7 @@ use relievo::prepare::PreparedScene;
 use relievo::render::gpu::Content;
 use relievo::render::{ColorWords, GeometryWords};
 use relievo::scene::{Camera, Development};
-use relievo::tone::shown;
+use relievo::tone::Developer;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 
 /// Quantity that the viewer shows for each pixel.
@@ -97,16 +97,6 @@ impl Scale {
     }
 }
 
-/// Returns sRGB, 0…1, of a colour pixel. A transparent background keeps its colour.
-pub fn color(words: [u32; 4], development: &Development) -> [f32; 3] {
-    let [r, g, b, _] = words.map(f32::from_bits);
-    let color = match words[3] {
-        CLASS_MISS => [r, g, b],
-        _ => shown([r, g, b], development),
-    };
-    color.map(srgb)
-}
-
 /// Returns sRGB, 0…1, of a geometry pixel.
 pub fn geometry(show: Show, place: [u32; 4], surface: [u32; 4], scale: &Scale) -> [f32; 3] {
     let class = surface[0] & 255;
@@ -137,9 +127,15 @@ pub fn geometry(show: Show, place: [u32; 4], surface: [u32; 4], scale: &Scale) -
     }
 }
 
-/// Converts colour words to RGBA bytes.
+/// Converts colour words to RGBA bytes. A transparent background keeps its colour.
 pub fn color_bytes(words: &ColorWords, development: &Development) -> Vec<u8> {
-    bytes(words.words.iter().map(|&words| color(words, development)))
+    let developer = Developer::new(development);
+    bytes(
+        words
+            .words
+            .iter()
+            .map(|&words| developer.pixel(words).map(srgb)),
+    )
 }
 
 /// Converts geometry words to RGBA bytes.

@@ -205,10 +205,9 @@ impl Viewer {
         // The workshop drops an earlier check.
         self.analysing = None;
         // It shows no time: tracks are kept for the file only.
-        let scene = self.scene.without_tracks();
-        let mut scenes = vec![scene.clone()];
+        let mut scenes = vec![self.scene.without_tracks()];
         if let Some(tier) = self.compared {
-            let mut other = scene;
+            let mut other = scenes[0].clone();
             for object in &mut other.objects {
                 object.budget = None;
                 object.tier = tier;

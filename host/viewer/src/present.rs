@@ -2,7 +2,7 @@
 
 use super::display::{Scale, Show};
 use relievo::scene::{Development, Tone};
-use relievo::tone::gain;
+use relievo::tone::Developer;
 
 /// Format of the screen: sRGB, eight bits per channel.
 const SCREEN_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
@@ -138,7 +138,7 @@ impl Present {
     ) {
         let [near, far] = look.scale.distances.map(f32::to_bits);
         let steps = look.scale.steps.to_bits();
-        let gain = gain(&look.development).to_bits();
+        let gain = Developer::new(&look.development).gain.to_bits();
         let is_agx = u32::from(look.development.tone == Tone::Agx);
         let uniform = [look.show.code(), split, near, far, steps, gain, is_agx, 0];
         queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform));

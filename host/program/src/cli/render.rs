@@ -3,8 +3,7 @@
 use super::Backend;
 use super::limits::LimitArguments;
 use super::session::{Loaded, choose_renderer, load_view, refuse_input, say_plans};
-use super::{parse_budget, parse_frames, parse_size};
-use super::{refuse_adapter, say};
+use super::{parse_budget, parse_frames, parse_size, refuse_adapter, say};
 use clap::Args;
 use relievo::Error;
 use relievo::aov::{PIXEL_BYTES, save_exr};
