@@ -5,6 +5,7 @@ mod random;
 pub use random::Random;
 
 use relievo::render::gpu::{Adapter, adapters};
+use relievo::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
@@ -38,6 +39,14 @@ pub fn scenes() -> Vec<PathBuf> {
     scenes.sort();
     assert!(!scenes.is_empty());
     scenes
+}
+
+/// Makes the shadow maps of `scene` small: software drivers draw millions of texels for
+/// minutes.
+pub fn coarsen_shadows(scene: &mut Scene) {
+    for light in &mut scene.lights {
+        light.shadow_size = 128;
+    }
 }
 
 /// Every GPU adapter of this machine.

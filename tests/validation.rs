@@ -17,7 +17,7 @@ use relievo::scene::Scene;
 use relievo::verify::matrix::for_each_variant;
 use relievo_bitwise::DeviceError;
 use relievo_bitwise::wgpu::{self, InstanceFlags};
-use relievo_tests::{asset, every_adapter, is_long, root, scenes};
+use relievo_tests::{asset, coarsen_shadows, every_adapter, is_long, root, scenes};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -63,6 +63,7 @@ fn complaints() -> Vec<String> {
 fn prepared(path: &Path) -> PreparedScene {
     let mut scene = Scene::load(path).unwrap();
     scene.size = [16, 12];
+    coarsen_shadows(&mut scene);
     prepare(&scene, &|_| ()).unwrap()
 }
 

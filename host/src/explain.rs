@@ -23,14 +23,15 @@
 //! ```
 
 use crate::budget::{FAST, PLANAR, Plan};
-use crate::prepare::{PreparedObject, PreparedScene};
+use crate::prepare::{PreparedLighting, PreparedObject, PreparedScene};
 use crate::render::RenderError;
-use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, Shaders};
+use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, SHADE, Shaders};
 use relievo_shaders::Compiled;
 use relievo_shared::layout::{
     FORMAT_CODES, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,
 };
 use relievo_shared::profile::{self, grows};
+use std::collections::BTreeSet;
 use std::fmt;
 use std::sync::Arc;
 
@@ -69,9 +70,19 @@ pub struct ObjectPlan {
     pub plan: Option<Plan>,
     /// All features, used or not.
     pub features: Vec<Feature>,
-    /// Its colour shader in the exact module, in the one with fused sums, and in the fast
+    /// The shader that draws it, in the exact module, in the one with fused sums, and in the fast
     /// one.
     pub shaders: [ShaderCost; 3],
+}
+
+/// Explanation of the materials and lights of a scene.
+#[derive(Clone, Debug)]
+pub struct LightingPlan {
+    /// All features, used or not.
+    pub features: Vec<Feature>,
+    /// The shader that shades a pixel, in the exact module, in the one with fused sums, and in the
+    /// fast one: its instructions.
+    pub instructions: [usize; 3],
 }
 
 /// Explanation of a scene.
@@ -79,6 +90,8 @@ pub struct ObjectPlan {
 pub struct Explanation {
     /// Each object in the picture.
     pub objects: Vec<ObjectPlan>,
+    /// What shades the picture of a scene with materials or lights.
+    pub lighting: Option<LightingPlan>,
     /// Names of the objects outside the picture, which are not prepared.
     pub outside: Vec<String>,
     /// Memory of a device to draw its picture.
@@ -109,18 +122,36 @@ pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanat
                 features: features(object, &scene.objects[..index], copies(scene, object)),
                 shaders: modules
                     .each_ref()
-                    .map(|(folder, module)| shader_cost(object, folder, module)),
+                    .map(|(folder, module)| shader_cost(scene, object, folder, module)),
             })
             .collect(),
+        lighting: scene.lighting.as_deref().map(|lighting| LightingPlan {
+            features: lighting_features(lighting),
+            instructions: modules
+                .each_ref()
+                .map(|(_, module)| module.instructions(SHADE[1]).unwrap_or_default()),
+        }),
         outside: scene.outside.clone(),
         memory: Memory::of(scene, Extent::Needed, Pictures::Color),
         general_memory: Memory::of(scene, Extent::Everything, Pictures::ColorAndGeometry),
     })
 }
 
-fn shader_cost(object: &PreparedObject, folder: &str, module: &Module) -> ShaderCost {
-    let entry_point = EntryPoints::of(&object.parameters, Extent::Needed).color;
-    let general = EntryPoints::of(&object.parameters, Extent::Everything).color;
+fn shader_cost(
+    scene: &PreparedScene,
+    object: &PreparedObject,
+    folder: &str,
+    module: &Module,
+) -> ShaderCost {
+    let drawn = |extent| {
+        let entry_points = EntryPoints::of(&object.parameters, extent);
+        match scene.lighting {
+            Some(_) => entry_points.surface,
+            None => entry_points.color,
+        }
+    };
+    let entry_point = drawn(Extent::Needed);
+    let general = drawn(Extent::Everything);
     let count = |name| module.instructions(name).unwrap_or_default();
     ShaderCost {
         entry_point,
@@ -129,6 +160,45 @@ fn shader_cost(object: &PreparedObject, folder: &str, module: &Module) -> Shader
         general_instructions: count(general),
         compiled: Compiled::of(folder, entry_point).collect(),
     }
+}
+
+/// Returns what the shading of a scene uses.
+fn lighting_features(lighting: &PreparedLighting) -> Vec<Feature> {
+    let materials = lighting.finishes.iter().map(|finish| &finish.material);
+    let pictures: BTreeSet<u32> = materials
+        .flat_map(|material| {
+            [
+                material.base_color_image,
+                material.metallic_roughness_image,
+                material.normal_image,
+                material.emission_image,
+            ]
+        })
+        .filter(|image| image.levels != 0)
+        .map(|image| image.first)
+        .collect();
+    let cells = lighting.finishes.iter();
+    let cells = cells.filter(|finish| finish.cells.levels != 0).count();
+    let counted = |name, count: usize, what: &str| Feature {
+        name,
+        is_in: count > 0,
+        why: format!("{count} {what}"),
+    };
+    vec![
+        counted("lights", lighting.lights.len(), "of them"),
+        counted(
+            "shadow maps",
+            lighting.shadow_maps.len(),
+            "of them, drawn once",
+        ),
+        counted(
+            "environment",
+            lighting.lighting.environment_levels as usize,
+            "levels of roughness",
+        ),
+        counted("pictures", pictures.len(), "of materials"),
+        counted("variation by cell", cells, "materials vary"),
+    ]
 }
 
 /// Returns the number of objects that share the facets of `object`.
@@ -259,6 +329,19 @@ impl fmt::Display for Explanation {
                 }
             }
         }
+        if let Some(lighting) = &self.lighting {
+            writeln!(formatter, "materials and lights")?;
+            for feature in &lighting.features {
+                let place = if feature.is_in { "in " } else { "out" };
+                writeln!(formatter, "  {place} {}: {}", feature.name, feature.why)?;
+            }
+            let [exact, fused, fast] = lighting.instructions;
+            writeln!(
+                formatter,
+                "  shader {}, once a pixel: {exact} instructions exact, {fused} fused, {fast} fast",
+                SHADE[1]
+            )?;
+        }
         for name in &self.outside {
             writeln!(
                 formatter,
@@ -273,6 +356,7 @@ impl fmt::Display for Explanation {
             ("shape maps", needed.maps, general.maps),
             ("parameters", needed.parameters, general.parameters),
             ("outlines", needed.outlines, general.outlines),
+            ("materials and lights", needed.lighting, general.lighting),
             ("pictures", needed.pictures, general.pictures),
         ] {
             writeln!(formatter, "  {name}: {bytes} ({of})")?;

@@ -10,6 +10,8 @@
 //! ask for exits. Binding 0 of group 2 are outlines around the facets' pixels: compute entry
 //! points find them, with the outlines in binding 0 of group 1. Draws are not indexed: three
 //! vertices a facet; the fragment shader decides by an exact test.
+//!
+//! `shade` is drawn over the whole picture, after the G-buffer, with bindings of its own.
 #![cfg_attr(target_arch = "spirv", no_std)]
 // A binding is an argument.
 #![allow(clippy::too_many_arguments)]
@@ -21,9 +23,10 @@ use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::outline::{Outline, outline, outline_corner, prism_outline};
+use relievo_shared::shading::{self, FacetScale, Finish, Light, Lighting, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 use relievo_shared::walk::PrismList;
-use relievo_shared::{camera, for_each_facet, for_each_search, trace};
+use relievo_shared::{camera, for_each_facet, for_each_search, gbuffer, trace};
 use spirv_std::arch::{IndexUnchecked, kill};
 use spirv_std::glam::{UVec2, UVec3, UVec4, Vec4, vec4};
 use spirv_std::{Image, spirv};
@@ -113,8 +116,10 @@ impl Facet for PrismData {
     }
 }
 
+/// The words of a picture's pixels.
+type WordPicture = Image!(2D, type=u32, sampled);
 /// The exits of a picture's pixels.
-type ExitPicture = Image!(2D, type=u32, sampled);
+type ExitPicture = WordPicture;
 
 /// The corners of the triangle that is drawn around a facet's pixels: x and y of each,
 /// normalised device coordinates.
@@ -333,23 +338,141 @@ macro_rules! geometry_entry_point {
     };
 }
 
-/// The three entry points of a search, for any object and for special ones.
+/// Defines an entry point that writes [`gbuffer::words`]. If `$facts` are given, it draws only
+/// objects for which they hold.
+macro_rules! surface_entry_point {
+    ($name:ident, $model:ident, $facet:ident $(, $facts:expr)?) => {
+        #[doc = "Writes the G-buffer."]
+        #[spirv(fragment(depth_replacing))]
+        pub fn $name(
+            #[spirv(frag_coord)] coordinate: Vec4,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+            #[spirv(descriptor_set = 1, binding = 0)] exits: &ExitPicture,
+            #[spirv(flat)] index: u32,
+            #[spirv(frag_depth)] depth: &mut f32,
+            place: &mut UVec4,
+            surface: &mut UVec4,
+        ) {
+            let texels = TexelBuffer(words);
+            let given = object;
+            $(let object = &known::<{ $facts }>(given);)?
+            let over = $facet::over(facets, index);
+            let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
+            let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
+            let ray = Ray { frame, object, direction };
+            let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
+            // Read again, as for colours.
+            let object = given;
+            $(let object = &known::<{ $facts }>(object);)?
+            let ray = Ray { frame, object, direction };
+            (*place, *surface) =
+                gbuffer::words::<$model, _, _>(&ray, &over, &texels, &entry, &traced, index);
+            *depth = traced.hit.depth;
+        }
+    };
+}
+
+/// The four entry points of a search, for any object and for special ones.
 macro_rules! fragment_entry_points {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {$(
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident;)* })*) => {$(
         color_entry_point!($color, $model, $facet, false $(, $given)?);
         color_entry_point!($shadow, $model, $facet, true $(, $given)?);
         geometry_entry_point!($geometry, $model, $facet $(, $given)?);
+        surface_entry_point!($surface, $model, $facet $(, $given)?);
         $(
             // The object is copied to registers; the compiler removes unused fields.
             color_entry_point!($special_color, $special, $special_facet, false, $facts);
             color_entry_point!($special_shadow, $special, $special_facet, true, $facts);
             geometry_entry_point!($special_geometry, $special, $special_facet, $facts);
+            surface_entry_point!($special_surface, $special, $special_facet, $facts);
         )*
     )*};
 }
 
 for_each_search!(fragment_entry_points);
+
+/// What shading reads, in storage buffers.
+struct Buffers<'a> {
+    finishes: &'a [Finish],
+    facets: &'a [FacetScale],
+    lights: &'a [Light],
+    shadow_maps: &'a [ShadowMap],
+    words: &'a [u32],
+}
+
+impl Texels for Buffers<'_> {
+    #[inline]
+    fn word(&self, index: u32) -> u32 {
+        // SAFETY: the host writes the indices, and binds what they lead to.
+        unsafe { *self.words.index_unchecked(index as usize) }
+    }
+}
+
+impl Tables for Buffers<'_> {
+    #[inline]
+    fn finish(&self, index: u32) -> &Finish {
+        // SAFETY: as above.
+        unsafe { self.finishes.index_unchecked(index as usize) }
+    }
+
+    #[inline]
+    fn facet(&self, index: u32) -> &FacetScale {
+        // SAFETY: as above.
+        unsafe { self.facets.index_unchecked(index as usize) }
+    }
+
+    #[inline]
+    fn light(&self, index: u32) -> &Light {
+        // SAFETY: as above.
+        unsafe { self.lights.index_unchecked(index as usize) }
+    }
+
+    #[inline]
+    fn shadow_map(&self, index: u32) -> &ShadowMap {
+        // SAFETY: as above.
+        unsafe { self.shadow_maps.index_unchecked(index as usize) }
+    }
+}
+
+/// Places the corners of a triangle around the whole picture.
+#[spirv(vertex)]
+pub fn screen(#[spirv(vertex_index)] vertex_index: u32, #[spirv(position)] position: &mut Vec4) {
+    let side = |is_far: bool| if is_far { 3.0 } else { -1.0 };
+    *position = vec4(side(vertex_index == 1), side(vertex_index == 2), 0.0, 1.0);
+}
+
+/// Writes the colours of a picture whose hits are in the G-buffer: linear RGB as the bits of
+/// three f32, and the class.
+#[spirv(fragment)]
+pub fn shade(
+    #[spirv(frag_coord)] coordinate: Vec4,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] lighting: &Lighting,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] finishes: &[Finish],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] facets: &[FacetScale],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lights: &[Light],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] shadow_maps: &[ShadowMap],
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] words: &[u32],
+    #[spirv(descriptor_set = 1, binding = 0)] place: &WordPicture,
+    #[spirv(descriptor_set = 1, binding = 1)] surface: &WordPicture,
+    color: &mut UVec4,
+) {
+    let tables = Buffers {
+        finishes,
+        facets,
+        lights,
+        shadow_maps,
+        words,
+    };
+    let (x, y) = (coordinate.x as u32, coordinate.y as u32);
+    let place = place.fetch(UVec2::new(x, y));
+    let surface = surface.fetch(UVec2::new(x, y));
+    *color = shading::words(&tables, frame, lighting, (x, y), place, surface);
+}

@@ -314,6 +314,9 @@ pub struct Object {
     /// What follows from the other fields and is the same for all pixels:
     /// [`Object::complete`] computes it.
     pub quotients: Quotients,
+    /// Number of its materials in the scene: its first [`Finish`](crate::shading::Finish) is
+    /// [`FINISHES`](crate::shading::layout::FINISHES) times this.
+    pub finish: u32,
 }
 
 /// Quotients of an [`Object`]'s parameters, so that pixels do not divide by them: the exact
@@ -380,7 +383,7 @@ const _: () = {
             && offset_of!(Frame, size) == 124
             && offset_of!(Frame, unit) == 132
     );
-    assert!(size_of::<Object>() == 172 && align_of::<Object>() == 4);
+    assert!(size_of::<Object>() == 176 && align_of::<Object>() == 4);
     assert!(offset_of!(Object, cap_color) == 48 && offset_of!(Object, shininess) == 96);
     assert!(offset_of!(Object, quotients) == 148);
 };

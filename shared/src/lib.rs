@@ -30,6 +30,15 @@
 //! normals       hit → surface class and normal
 //! shadow        hit → lit or not
 //! light         normal → colour
+//! gbuffer       hit → words, for materials and lights
+//! openness      hit → how much of the sky it sees
+//! shading       words → colour: what a scene with materials or lights needs
+//!   material      class, coordinates → base colour, roughness, …
+//!   image         coordinates → filtered value
+//!   brdf          metallic-roughness
+//!   lights        directional, point and spot lights
+//!   shadow_map    position → how much of a light arrives
+//!   environment   light from all directions
 //! shaders       list of searches, tiers and shader entry points
 //! techniques    list of techniques, with their profiles and parameters
 //! facts         what specialised shaders know of an object
@@ -82,18 +91,24 @@ pub mod exit;
 pub mod facet;
 pub mod facts;
 #[cfg(not(feature = "double"))]
+pub mod gbuffer;
+#[cfg(not(feature = "double"))]
 pub mod kernels;
 pub mod layout;
 pub mod light;
 pub mod march;
 pub mod model;
 pub mod normals;
+#[cfg(not(feature = "double"))]
+pub mod openness;
 pub mod outline;
 pub mod path;
 pub mod prism;
 pub mod profile;
 mod quotients;
 pub mod shaders;
+#[cfg(not(feature = "double"))]
+pub mod shading;
 pub mod shadow;
 pub mod shape_map;
 pub mod surface;

@@ -49,6 +49,9 @@ pub trait HitSurface: Copy {
     /// `slope` is the gradient of D by u and v, texels per repeat, and `growth`
     /// is dr/dδ, texels; r does not change with δ unless `is_sloped`.
     fn side(&self, slope: Vec2, is_sloped: bool, growth: Real) -> Vec3;
+
+    /// ∇u and ∇v, repeats per object unit.
+    fn gradients(&self) -> (Vec3, Vec3);
 }
 
 /// The smooth surface at a hit of a model over triangles.
@@ -81,6 +84,11 @@ impl HitSurface for SmoothSurface {
             0.0
         };
         upright + self.normal * tilt
+    }
+
+    #[inline]
+    fn gradients(&self) -> (Vec3, Vec3) {
+        (self.surface.gradient_u, self.surface.gradient_v)
     }
 }
 

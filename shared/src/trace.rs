@@ -27,6 +27,7 @@ pub fn trace<M: Model<Over>, Over, T: Texels + ?Sized>(
         ShapeMap::new(ray.object).distance(texels, march.uv)
     });
     let depth = reversed_depth(ray.frame, ray.direction, found.t);
+    let repeat = Vec2::new(floor(march.uv.x), floor(march.uv.y));
     if class != CLASS_MISS {
         check(found.t);
         check2(march.uv);
@@ -37,10 +38,8 @@ pub fn trace<M: Model<Over>, Over, T: Texels + ?Sized>(
             class: if depth > 1.0 { CLASS_MISS } else { class },
             depth,
             t: found.t,
-            uv: Vec2::new(
-                march.uv.x - floor(march.uv.x),
-                march.uv.y - floor(march.uv.y),
-            ),
+            uv: march.uv - repeat,
+            repeat,
             depth_fraction: march.depth_fraction,
             steps: march.steps,
         },
@@ -50,7 +49,7 @@ pub fn trace<M: Model<Over>, Over, T: Texels + ?Sized>(
 
 /// The normals at a hit on `surface`.
 #[inline]
-fn normals_on<S: HitSurface, T: Texels + ?Sized>(
+pub(crate) fn normals_on<S: HitSurface, T: Texels + ?Sized>(
     ray: &Ray<'_>,
     texels: &T,
     hit: &Hit,

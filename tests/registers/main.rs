@@ -31,6 +31,8 @@ const PRISMS: &[&str] = &[
     "color_prisms",
     "geometry_prisms",
     "geometry_prisms_straight",
+    "surface_prisms",
+    "surface_prisms_straight",
 ];
 
 /// The folders of the renderer's modules.
@@ -67,19 +69,25 @@ fn programs(folder: &str) -> Vec<Vec<&'static str>> {
     let facets = for_each_facet!(facets);
     macro_rules! fragments {
         ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-            draws $color:ident $shadow:ident $geometry:ident
+            draws $color:ident $shadow:ident $geometry:ident $surface:ident
             tiers { $($tiers:tt)* }
             special { $($facts:expr => $special:ident over $special_facet:ident
-                draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {
+                draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident;)* })*) => {
             vec![$(
-                (stringify!($facet), [stringify!($color), stringify!($shadow), stringify!($geometry)]),
+                (stringify!($facet), [stringify!($color), stringify!($shadow),
+                    stringify!($geometry), stringify!($surface)]),
                 $((stringify!($special_facet), [stringify!($special_color),
-                    stringify!($special_shadow), stringify!($special_geometry)]),)*
+                    stringify!($special_shadow), stringify!($special_geometry),
+                    stringify!($special_surface)]),)*
             )*]
         };
     }
     let fragments = for_each_search!(fragments);
-    let mut programs = vec![vec!["outlines_exits"], vec!["place", "exits"]];
+    let mut programs = vec![
+        vec!["outlines_exits"],
+        vec!["place", "exits"],
+        vec!["screen", "shade"],
+    ];
     programs.extend(facets.map(|(_, outlines, _)| vec![outlines]));
     for (_, names) in &fragments {
         programs.extend(names.map(|fragment| vec!["place", fragment]));

@@ -1,7 +1,7 @@
-//! Writes the meshes and patterns of `assets/`.
+//! Writes the meshes, the patterns and the pictures of materials of `assets/`.
 //!
-//! `cargo run -p relievo-assets [-- OUT_DIR]` writes `OUT_DIR/meshes/*.obj` and
-//! `OUT_DIR/patterns/*.png`; without `OUT_DIR` it updates the committed files. The
+//! `cargo run -p relievo-assets [-- OUT_DIR]` writes `OUT_DIR/meshes/*.obj`,
+//! `OUT_DIR/patterns/*.png`, `OUT_DIR/materials/*.png` and `OUT_DIR/environments/*.hdr`; without `OUT_DIR` it updates the committed files. The
 //! output is deterministic.
 
 use std::fs;
@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 mod glyphs;
+mod materials;
 mod mesh;
 mod patterns;
 mod sdf;
@@ -40,6 +41,12 @@ fn generate() -> Result<Vec<Asset>> {
         assets.push(Asset {
             path: format!("patterns/{}.png", pattern.name),
             bytes: pattern.to_png()?,
+        });
+    }
+    for picture in materials::all()? {
+        assets.push(Asset {
+            path: picture.path.to_string(),
+            bytes: picture.bytes,
         });
     }
     Ok(assets)
@@ -87,7 +94,7 @@ mod tests {
     #[test]
     fn two_runs_make_the_same_bytes() {
         let (first, second) = (generate().unwrap(), generate().unwrap());
-        assert_eq!(first.len(), 13);
+        assert_eq!(first.len(), 16);
         for (a, b) in first.iter().zip(&second) {
             assert_eq!(a.path, b.path);
             assert!(a.bytes == b.bytes, "{} differs between two runs", a.path);

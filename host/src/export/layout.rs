@@ -176,6 +176,7 @@ structs! {
         parts: u32, "", "Number of parts of a profile that has parts, >= 1.";
         number: u32, "", "Number of the object in its scene. Exported shaders do not read it.";
         quotients: layout::Quotients, "", "What follows from the other parameters.";
+        finish: u32, "", "Number of the object's materials. Exported shaders do not read it.";
     }
     corner Corner "One corner of a triangle." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";

@@ -110,6 +110,11 @@ impl Sources {
 /// [`ExportError`] if there is no object with the wanted name, or a shader, mesh or
 /// shape map cannot be written.
 pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFile>, ExportError> {
+    if scene.lighting.is_some() {
+        tracing::warn!(
+            "materials, lights and environment are not exported: the shaders have the colours of [object.material] and one directional light"
+        );
+    }
     let is_wanted = |object: &&PreparedObject| {
         let wanted = options.object.as_ref();
         // Instances have the same files.

@@ -88,6 +88,7 @@ pub fn wide_object(object: &Object) -> double::Object {
         profile: object.profile,
         parts: object.parts,
         number: object.number,
+        finish: object.finish,
         quotients: double::Quotients::default(),
     }
     .complete()

@@ -2,6 +2,7 @@
 //! several ways.
 
 use super::camera::{camera_of, frame, sees};
+use super::lighting::{has_shadows, prepare_lighting};
 use super::meshes::{LoadedMesh, MeshCache, cached, load_meshes};
 use super::object::{Common, prepare_object};
 use super::placement::Placement;
@@ -65,7 +66,8 @@ impl<'a> LoadedScene<'a> {
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<LoadedScene<'a>, Error> {
         let is_seen = |bounds: &Bounds| {
-            let camera = scene.own_camera();
+            // What is outside may cast a shadow.
+            let camera = scene.own_camera().filter(|_| !has_shadows(scene));
             camera.is_none_or(|camera| sees(scene, &camera, bounds))
         };
         LoadedScene::load_seen(scene, &is_seen, Assets::default(), progress)
@@ -202,12 +204,22 @@ impl<'a> LoadedScene<'a> {
             };
             objects.push(prepared);
         }
+        let lighting = match self.scene.is_physical() {
+            true => {
+                let mut account = Account::new(&self.scene.path, &self.scene.limits);
+                let bounds = &self.bounds;
+                let made = prepare_lighting(self.scene, &mut objects, bounds, &mut account)?;
+                Some(Arc::new(made))
+            }
+            false => None,
+        };
         Ok(PreparedScene {
             frame: self.frame,
             size: self.scene.size,
             supersampling: self.scene.supersampling,
             background: self.scene.background.linear(),
             development: self.scene.development,
+            lighting,
             objects,
             outside,
             origin: self.bounds.centre(),

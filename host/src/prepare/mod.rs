@@ -29,6 +29,8 @@
 
 mod camera;
 mod exits;
+mod lighting;
+mod lit;
 mod load;
 mod meshes;
 mod object;
@@ -42,6 +44,8 @@ mod step;
 pub(crate) mod tests;
 
 pub use camera::{View, finer, unlit_frame};
+pub use lighting::{baked_environment, reflectance};
+pub use lit::PreparedLighting;
 pub use load::Assets;
 pub(crate) use load::LoadedScene;
 pub use placement::Placement;

@@ -91,6 +91,7 @@ pub(super) fn prepare_object(
         parts: extrusion.parts,
         // Set below.
         number: 0,
+        finish: 0,
         quotients: Quotients::default(),
     }
     .complete();

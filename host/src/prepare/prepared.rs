@@ -2,6 +2,7 @@
 
 use super::camera::{View, camera_of, finer, frame};
 use super::exits::number_of_exits;
+use super::lit::PreparedLighting;
 use super::placement::Placement;
 use crate::mesh::{Bounds, LocalDepth, Mesh, MeshPrism};
 use crate::prism::narrow_prism;
@@ -26,6 +27,8 @@ pub struct PreparedScene {
     pub background: [f32; 3],
     /// How pictures are developed.
     pub development: Development,
+    /// Materials and lights of a scene that is lit physically.
+    pub lighting: Option<Arc<PreparedLighting>>,
     /// The objects, in drawing order.
     pub objects: Vec<PreparedObject>,
     /// Names of the objects that lie outside the picture and are not prepared.
@@ -110,6 +113,7 @@ impl PreparedScene {
         PreparedScene {
             objects: vec![object],
             outside: Vec::new(),
+            lighting: self.lighting.clone(),
             ..*self
         }
     }

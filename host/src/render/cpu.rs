@@ -29,11 +29,12 @@
 use super::error::{RenderError, allocate};
 use super::found::Found;
 use super::placed::Placed;
+use super::shading::shade;
 use super::space::{ROUNDING, Space};
 use super::tile::{PIXELS, SIDE, Tile, for_each, visit_tile};
 use super::words::{ColorWords, GeometryWords};
 use super::{Renderer, background_words};
-use crate::prepare::{PreparedObject, PreparedScene};
+use crate::prepare::{PreparedLighting, PreparedObject, PreparedScene};
 use glam::{UVec4, Vec2, Vec3, Vec3A};
 use obvhs::ray::RayHit;
 use rayon::prelude::*;
@@ -59,6 +60,8 @@ pub struct CpuRenderer<'a> {
     around_eye: Vec<[u32; 2]>,
     /// Whether rays ask for their exits.
     asks_for_exits: bool,
+    /// The words of the shadow maps; empty until colours are asked for.
+    shadows: Vec<u32>,
 }
 
 /// The nearest hit on a ray.
@@ -136,6 +139,7 @@ impl<'a> CpuRenderer<'a> {
                 .objects
                 .iter()
                 .any(|object| object.parameters.number != 0),
+            shadows: Vec::new(),
         }
     }
 
@@ -149,6 +153,48 @@ impl<'a> CpuRenderer<'a> {
             *object = nearest.order[0];
         });
         objects
+    }
+
+    /// Renders the colours of a scene that is lit physically.
+    fn lit(
+        &mut self,
+        frame: &Frame,
+        lighting: &PreparedLighting,
+    ) -> Result<ColorWords, RenderError> {
+        if self.shadows.len() != lighting.shadow_words() {
+            self.shadows = self.depths(lighting)?;
+        }
+        let hits = self.surface(frame)?;
+        shade(frame, lighting, &self.shadows, &hits)
+    }
+
+    /// Renders the shadow maps: reversed depths, one map after the other.
+    fn depths(&mut self, lighting: &PreparedLighting) -> Result<Vec<u32>, RenderError> {
+        let count = lighting.shadow_words();
+        let mut depths = allocate("the shadow maps", count, 0)?;
+        let mut rest = &mut depths[..];
+        for frame in &lighting.shadow_frames {
+            self.reach_for(frame);
+            let count = frame.size[0] as usize * frame.size[1] as usize;
+            let (map, others) = rest.split_at_mut(count);
+            self.for_each_pixel(frame, map, |depth, _, nearest| {
+                *depth = nearest.found.hit().depth.to_bits();
+            });
+            rest = others;
+        }
+        Ok(depths)
+    }
+
+    /// Renders the G-buffer: place and surface of each pixel.
+    fn surface(&mut self, frame: &Frame) -> Result<Vec<[UVec4; 2]>, RenderError> {
+        self.reach_for(frame);
+        let count = frame.size[0] as usize * frame.size[1] as usize;
+        let mut words = allocate("the picture's hits", count, [UVec4::ZERO; 2])?;
+        self.for_each_pixel(frame, &mut words, |pixel, ray, nearest| {
+            let found = &nearest.found;
+            *pixel = found.surface(ray, nearest.object, nearest.order[1]).into();
+        });
+        Ok(words)
     }
 
     /// Makes the boxes wide enough for the eye of `frame`, and finds the prisms
@@ -467,6 +513,9 @@ impl Renderer for CpuRenderer<'_> {
     }
 
     fn color(&mut self, frame: &Frame) -> Result<ColorWords, RenderError> {
+        if let Some(lighting) = &self.scene.lighting {
+            return self.lit(frame, lighting);
+        }
         self.reach_for(frame);
         let [width, height] = frame.size.map(|side| side as u32);
         let count = width as usize * height as usize;

@@ -1,15 +1,15 @@
 //! Hits of any model of the surface: the list of searches, for the CPU renderer.
 
 use crate::prepare::PreparedObject;
-use glam::Vec3;
+use glam::{UVec4, Vec3};
 use relievo_shared::camera::reversed_depth;
 use relievo_shared::exit::Exits;
 use relievo_shared::layout::{
     PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Triangle,
 };
-use relievo_shared::model::prisms::{Home, PrismPlace};
-use relievo_shared::model::{Hit, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
-use relievo_shared::{for_each_search, trace};
+use relievo_shared::model::prisms::Home;
+use relievo_shared::model::{Hit, Model, Paper, Place, Prisms, Quadric, Ray, Relief, Traced};
+use relievo_shared::{for_each_search, gbuffer, trace};
 
 /// A type of facets that models are drawn over.
 pub(super) trait Facet {
@@ -66,27 +66,10 @@ fn find<M: Model<Over>, Over>(
     Some((entry, traced))
 }
 
-/// The number of prisms that a ray crossed.
-pub(super) trait PrismCount {
-    fn prisms(&self) -> u32;
-}
-
-impl PrismCount for f32 {
-    fn prisms(&self) -> u32 {
-        0
-    }
-}
-
-impl PrismCount for PrismPlace {
-    fn prisms(&self) -> u32 {
-        self.prisms
-    }
-}
-
 /// One type for the hits of all models of the list.
 macro_rules! found {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident
         tiers { $($tiers:tt)* }
         special { $($special:tt)* })*) => {
         /// A hit with the data to shade it.
@@ -140,6 +123,21 @@ macro_rules! found {
                 match self {
                     $(Found::$model(entry, traced) => <$facet as Facet>::over(object, index, |over| {
                         trace::normals::<$model, _, _>(ray, over, texels, entry, traced).carved
+                    }),)*
+                }
+            }
+
+            /// The words of the G-buffer; facet `index` was drawn.
+            pub(super) fn surface(
+                &self,
+                ray: &Ray<'_>,
+                object: &PreparedObject,
+                index: u32,
+            ) -> (UVec4, UVec4) {
+                let texels = object.map.words();
+                match self {
+                    $(Found::$model(entry, traced) => <$facet as Facet>::over(object, index, |over| {
+                        gbuffer::words::<$model, _, _>(ray, over, texels, entry, traced, index)
                     }),)*
                 }
             }

@@ -41,6 +41,7 @@ mod found;
 pub mod gpu;
 mod hit;
 mod placed;
+mod shading;
 mod space;
 mod tile;
 mod words;

@@ -1,8 +1,10 @@
 //! Scenes at some time, with the values of their tracks then.
 
-use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, find};
+use super::keys::{
+    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, find,
+};
 use super::track::{MOST_KEY_FRAMES, Wrong, object_key};
-use super::{Camera, Scene, SceneError, SceneObject, Track};
+use super::{Camera, Environment, Scene, SceneError, SceneObject, Track};
 use glam::{DQuat, DVec3};
 use toml::Value;
 
@@ -72,7 +74,22 @@ fn set_in(scene: &mut Scene, key: &str, numbers: &[f64], beyond: Beyond) -> Resu
     match table {
         "image" => set(IMAGE, rest, scene, numbers, beyond),
         "camera" => set(CAMERA, rest, scene, numbers, beyond),
-        "light" => set(LIGHT, rest, scene, numbers, beyond),
+        "light" if scene.lights.is_empty() => set(LIGHT, rest, scene, numbers, beyond),
+        "light" => {
+            let lights = scene.lights.iter_mut();
+            let lights = lights.map(|light| (light.name.clone(), light));
+            set_named(LIGHTS, "light", rest, lights.collect(), numbers, beyond)
+        }
+        "material" => {
+            let materials = scene.materials.iter_mut();
+            let materials = materials.map(|material| (material.name.clone(), material));
+            let materials = materials.collect();
+            set_named(MATERIALS, "material", rest, materials, numbers, beyond)
+        }
+        "environment" => {
+            let environment = scene.environment.get_or_insert(Environment::default());
+            set(ENVIRONMENT, rest, environment, numbers, beyond)
+        }
         "object" => {
             let (object, name) = object_key(key).ok_or_else(no_table)?;
             let (object, keys) = match object.strip_suffix(".material") {
@@ -86,25 +103,57 @@ fn set_in(scene: &mut Scene, key: &str, numbers: &[f64], beyond: Beyond) -> Resu
                 return Err(("key", problem));
             }
             let all = scene.objects.iter_mut();
-            let mut named = all.filter(|other| other.name == object).peekable();
-            if named.peek().is_some() {
-                return named.try_for_each(|object| set(keys, name, object, numbers, beyond));
-            }
-            let names: Vec<&str> = scene.objects.iter().map(|other| &*other.name).collect();
-            let names = names.join(", ");
-            let problem = format!("names the object {object:?}; the objects are {names}");
-            Err(("key", problem))
+            let all = all.map(|object| (object.name.clone(), object)).collect();
+            set_all(keys, "object", (object, name), all, numbers, beyond)
         }
         _ => Err(no_table()),
     }
 }
 
+/// Sets the key of `rest`, NAME.KEY, of all `owners` of that name.
+fn set_named<T>(
+    keys: &'static [Key<T>],
+    table: &'static str,
+    rest: &str,
+    owners: Vec<(String, &mut T)>,
+    numbers: &[f64],
+    beyond: Beyond,
+) -> Result<(), Wrong> {
+    match rest.rsplit_once('.') {
+        Some(key) => set_all(keys, table, key, owners, numbers, beyond),
+        None => {
+            let problem = format!("is {table}.{rest}; name the {table}: {table}.NAME.{rest}");
+            Err(("key", problem))
+        }
+    }
+}
+
+/// Sets the key `name` of all `owners` that are called `called`.
+fn set_all<T>(
+    keys: &'static [Key<T>],
+    table: &'static str,
+    (called, name): (&str, &str),
+    owners: Vec<(String, &mut T)>,
+    numbers: &[f64],
+    beyond: Beyond,
+) -> Result<(), Wrong> {
+    let names: Vec<&str> = owners.iter().map(|(name, _)| &**name).collect();
+    if !names.contains(&called) {
+        let names = names.join(", ");
+        let problem = format!("names the {table} {called:?}; the {table}s are {names}");
+        return Err(("key", problem));
+    }
+    let mut named = owners.into_iter().filter(|(name, _)| name == called);
+    named.try_for_each(|(_, owner)| set(keys, name, owner, numbers, beyond))
+}
+
 /// Returns whether the prepared scene stays as it is and only the frame changes.
-fn changes_the_frame_only(track: &Track) -> bool {
+fn changes_the_frame_only(scene: &Scene, track: &Track) -> bool {
     let camera = ["eye", "target", "up", "orbit"];
     match track.key.split_once('.') {
         Some(("camera", key)) => camera.contains(&key),
-        Some((table, _)) => table == "light",
+        // Lights of physically lit scenes are prepared.
+        Some((table, _)) => table == "light" && !scene.is_physical(),
         None => false,
     }
 }
@@ -146,7 +195,8 @@ impl Scene {
     /// preparation serves all times ([`view_of`](crate::prepare::PreparedScene::view_of)).
     pub fn is_still(&self) -> bool {
         let has_plan = self.objects.iter().any(|object| object.budget.is_some());
-        !has_plan && self.tracks.iter().all(changes_the_frame_only)
+        let mut tracks = self.tracks.iter();
+        !has_plan && tracks.all(|track| changes_the_frame_only(self, track))
     }
 }
 

@@ -1,8 +1,8 @@
 //! Scenes in code: constructors and setters that can be chained.
 
 use super::{
-    Camera, Color, Development, Instances, Light, MapOptions, Material, Scene, SceneObject, Shape,
-    Technique, Tier, Track,
+    Camera, Color, Development, Environment, Finish, Instances, Light, LightSource, MapOptions,
+    Material, PhysicalMaterial, Scene, SceneObject, Shape, Technique, Tier, Track,
 };
 use crate::mesh::{MeshSource, Projection};
 use crate::{Files, Limits};
@@ -83,6 +83,27 @@ impl Scene {
     #[must_use]
     pub fn light(mut self, light: Light) -> Scene {
         self.light = light;
+        self
+    }
+
+    /// Adds a light, in place of [`Scene::light`].
+    #[must_use]
+    pub fn with_light(mut self, light: LightSource) -> Scene {
+        self.lights.push(light);
+        self
+    }
+
+    /// Sets the light from all directions.
+    #[must_use]
+    pub fn environment(mut self, environment: Environment) -> Scene {
+        self.environment = Some(environment);
+        self
+    }
+
+    /// Adds a material that objects may name.
+    #[must_use]
+    pub fn with_material(mut self, material: PhysicalMaterial) -> Scene {
+        self.materials.push(material);
         self
     }
 
@@ -219,6 +240,8 @@ setters! {
     invert: bool;
     /// Sets colours and gloss.
     material: Material;
+    /// Sets materials of the scene in place of colours.
+    finish: Finish;
     /// Sets the uniform scale, > 0.
     scale: f64;
     /// Sets the rotation about x, then y, then z, degrees.

@@ -1,13 +1,20 @@
 //! Checks of scenes, whether they were read from a file or made in code.
 
-use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT};
-use super::{Instances, Scene, SceneError, SceneObject, Search, Shape, Tier, animation};
+use super::keys::{
+    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
+};
+use super::{
+    Instances, LightKind, LightSource, Scene, SceneError, SceneObject, Search, Shape, Tier,
+    animation,
+};
 use glam::DVec3;
 use relievo_shared::profile;
 use relievo_shared::techniques::PROFILES;
 
 /// Longest path that operating systems open, bytes.
 const LONGEST_PATH: usize = 4096;
+/// Largest number of lights.
+const MOST_LIGHTS: usize = 64;
 /// Longest text of a pattern, characters.
 const LONGEST_TEXT: usize = 4096;
 /// Smallest sine of the angle between the view and the up direction.
@@ -66,6 +73,7 @@ pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
         let problem = "has no length; it points towards the light";
         return wrong("light.direction", problem);
     }
+    lighting(scene)?;
     if scene.objects.is_empty() {
         return wrong("object", "is missing; add one with a mesh and a shape");
     }
@@ -77,7 +85,68 @@ pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
         return wrong(&format!("object {}", limit + 1), &problem);
     }
     for (index, checked) in scene.objects.iter().enumerate() {
-        object(checked, &format!("object {}: ", index + 1))?;
+        let prefix = format!("object {}: ", index + 1);
+        object(checked, &prefix)?;
+        for (part, name) in checked.finish.names() {
+            let mut materials = scene.materials.iter();
+            if !materials.any(|material| material.name == name) {
+                let names = scene.materials.iter();
+                let names: Vec<&str> = names.map(|material| material.name.as_str()).collect();
+                let known = match names.is_empty() {
+                    true => "add a table [[material]] with that name".to_string(),
+                    false => format!("the materials are {}", names.join(", ")),
+                };
+                let problem =
+                    format!("is {name:?}, which is neither a colour nor a material; {known}");
+                return wrong(&format!("{prefix}material.{part}"), &problem);
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Checks lights, environment and materials.
+fn lighting(scene: &Scene) -> Result<(), Problem> {
+    if scene.lights.len() > MOST_LIGHTS {
+        let problem = format!("is one too many; a scene has at most {MOST_LIGHTS} lights");
+        return wrong(&format!("light {}", MOST_LIGHTS + 1), &problem);
+    }
+    for (index, light) in scene.lights.iter().enumerate() {
+        let prefix = format!("light {}: ", index + 1);
+        ranges(light, LIGHTS, &prefix)?;
+        light_source(light).map_err(|(key, problem)| (format!("{prefix}{key}"), problem))?;
+    }
+    if let Some(environment) = &scene.environment {
+        ranges(environment, ENVIRONMENT, "environment.")?;
+    }
+    for (index, material) in scene.materials.iter().enumerate() {
+        let prefix = format!("material {}: ", index + 1);
+        ranges(material, MATERIALS, &prefix)?;
+        let key = format!("{prefix}name");
+        if material.name.is_empty() || material.name.starts_with('#') {
+            let problem = "is empty or begins with #, as colours do; choose another one";
+            return wrong(&key, problem);
+        }
+        let mut before = scene.materials[..index].iter();
+        if before.any(|other| other.name == material.name) {
+            return wrong(&key, "is that of another material; choose another one");
+        }
+    }
+    Ok(())
+}
+
+fn light_source(light: &LightSource) -> Result<(), Problem> {
+    if light.kind == LightKind::Directional && light.direction == [0.0; 3] {
+        return wrong("direction", "has no length; it points towards the light");
+    }
+    if light.kind == LightKind::Spot && light.position == light.target {
+        return wrong("target", "is the light's position; move one of them");
+    }
+    if light.kind == LightKind::Spot && light.inner_angle >= light.outer_angle {
+        return wrong("inner_angle", "is not less than outer_angle; make it less");
+    }
+    if !light.shadow_size.is_multiple_of(64) {
+        return wrong("shadow_size", "is not a multiple of 64; round it");
     }
     Ok(())
 }

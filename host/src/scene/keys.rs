@@ -15,8 +15,8 @@
 use super::instances::{FAR, SCALES};
 use super::value::{Field, number};
 use super::{
-    Camera, Color, Instances, Interpolation, Scene, SceneObject, Search, Shape, Technique, Tier,
-    Tone, Track,
+    Camera, Color, Coordinates, Environment, Instances, Interpolation, LightKind, LightSource,
+    PhysicalMaterial, Scene, SceneObject, Search, Shape, Technique, Tier, Tone, Track,
 };
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::{LARGEST_RASTER, Lettering, SMALLEST_RASTER, Storage};
@@ -312,21 +312,110 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .default("the object once"),
 ];
 
+/// Creates the entry of a part of an object: a colour, or the name of a material.
+macro_rules! part_key {
+    ($name:literal, $part:ident, $doc:literal) => {
+        Key::<SceneObject>::new(
+            $name,
+            $doc,
+            || format!("{}, or the name of a material", Color::kind()),
+            |object| match &object.finish.$part {
+                Some(name) => name.to_toml(),
+                None => object.material.$part.to_toml(),
+            },
+            |object, value| {
+                if let Some(color) = Color::from_toml(value) {
+                    object.material.$part = color;
+                    object.finish.$part = None;
+                    return true;
+                }
+                let name = String::from_toml(value).filter(|name| !name.starts_with('#'));
+                let is_name = name.is_some();
+                object.finish.$part = name.or(object.finish.$part.take());
+                is_name
+            },
+        )
+        .range(0.0, 1.0)
+    };
+}
+
 /// Keys of the table `[object.material]`.
 pub static MATERIAL: &[Key<SceneObject>] = &[
-    key!(SceneObject, "cap", material.cap: Color, "Colour of the mesh surface on the pattern.")
-        .range(0.0, 1.0),
-    key!(SceneObject, "wall", material.wall: Color, "Colour of upright walls.").range(0.0, 1.0),
-    key!(SceneObject, "bevel", material.bevel: Color, "Colour of bevels and chamfers.")
-        .range(0.0, 1.0),
-    key!(SceneObject, "floor", material.floor: Color, "Colour of the floor between the columns.")
-        .range(0.0, 1.0),
-    key!(SceneObject, "specular", material.specular: f64, "Strength of the highlight.")
+    part_key!("cap", cap, "The mesh surface on the pattern: a colour, or the name of a `[[material]]`."),
+    part_key!("wall", wall, "Upright walls, likewise."),
+    part_key!("bevel", bevel, "Bevels and chamfers, likewise."),
+    part_key!("floor", floor, "The floor between the columns, likewise."),
+    key!(SceneObject, "specular", material.specular: f64, "Strength of the highlight of a colour.")
         .range(0.0, 1.0)
         .slider("Highlight", 0.0, 1.0),
-    key!(SceneObject, "shininess", material.shininess: u32, "Exponent of the highlight.")
+    key!(SceneObject, "shininess", material.shininess: u32, "Exponent of the highlight of a colour.")
         .range(1.0, 127.0)
         .logarithmic_slider("Shininess", 1.0, 127.0),
+];
+
+/// Keys of a table `[[light]]`.
+pub static LIGHTS: &[Key<LightSource>] = &[
+    key!(LightSource, "name", name: String, "Name, for [animation](#animation)."),
+    key!(LightSource, "type", kind: LightKind, "What kind of light."),
+    key!(LightSource, "color", color: Color, "Its colour.").range(0.0, 1.0),
+    key!(LightSource, "intensity", intensity: f64, "Brightness of a white matte surface that faces it; of a point or spot light, at a distance of 1 world unit.")
+        .range(0.0, 1e9),
+    key!(LightSource, "direction", direction: [f64; 3], "Direction towards a directional light, of any length but zero.").range(-FAR, FAR),
+    key!(LightSource, "position", position: [f64; 3], "Position of a point or spot light.")
+        .range(-FAR, FAR)
+        .unit("world units"),
+    key!(LightSource, "target", target: [f64; 3], "Point that a spot light shines at.")
+        .range(-FAR, FAR)
+        .unit("world units"),
+    key!(LightSource, "range", range: Option<f64>, "Distance beyond which a point or spot light is dark.")
+        .range(1e-6, 1e9)
+        .unit("world units")
+        .default("without end"),
+    key!(LightSource, "inner_angle", inner_angle: f64, "Angle from the axis of a spot light within which it is as bright as on the axis.")
+        .range(0.0, 89.0)
+        .unit("°"),
+    key!(LightSource, "outer_angle", outer_angle: f64, "Angle from the axis outside of which it is dark.")
+        .range(0.1, 89.0)
+        .unit("°"),
+    key!(LightSource, "shadows", casts_shadows: bool, "Lets all objects cast shadows on all objects."),
+    key!(LightSource, "shadow_size", shadow_size: u32, "Width and height of its shadow map, a multiple of 64; a point light has six.")
+        .range(64.0, 8192.0)
+        .unit("texels"),
+];
+
+/// Keys of the table `[environment]`.
+pub static ENVIRONMENT: &[Key<Environment>] = &[
+    key!(Environment, "image", image: Option<PathBuf>, "Picture of all directions, OpenEXR (`.exr`), Radiance (`.hdr`) or any other image: longitude along its width, latitude along its height.")
+        .default("even light"),
+    key!(Environment, "color", color: Color, "Factor of its light.").range(0.0, 1.0),
+    key!(Environment, "intensity", intensity: f64, "Factor of its light.").range(0.0, 1e6),
+    key!(Environment, "turn", turn: f64, "Angle by which the picture is turned about the y axis.")
+        .range(-FAR, FAR)
+        .unit("°"),
+    key!(Environment, "occlusion", occlusion: f64, "How much carvings keep its light from their grounds and walls: 1 as the distance map says, 0 not at all.").range(0.0, 1.0),
+    key!(Environment, "visible", is_visible: bool, "Shows it where no object is, in place of the background."),
+];
+
+/// Keys of a table `[[material]]`.
+pub static MATERIALS: &[Key<PhysicalMaterial>] = &[
+    key!(PhysicalMaterial, "name", name: String, "Name by which objects name it; it does not begin with `#`.").required(),
+    key!(PhysicalMaterial, "base_color", base_color: Color, "Colour of a dielectric, or what a metal reflects.").range(0.0, 1.0),
+    key!(PhysicalMaterial, "metallic", metallic: f64, "0 for a dielectric, 1 for a metal.").range(0.0, 1.0),
+    key!(PhysicalMaterial, "roughness", roughness: f64, "Perceptual roughness: 0 for a mirror, 1 for chalk.").range(0.0, 1.0),
+    key!(PhysicalMaterial, "emission", emission: Color, "Colour of the light that it sends out.").range(0.0, 1.0),
+    key!(PhysicalMaterial, "emission_strength", emission_strength: f64, "Factor of that light.").range(0.0, 1e6),
+    key!(PhysicalMaterial, "base_color_image", base_color_image: Option<PathBuf>, "Picture of factors of the base colour.").default("none"),
+    key!(PhysicalMaterial, "metallic_roughness_image", metallic_roughness_image: Option<PathBuf>, "Picture of factors of roughness (green) and metallic (blue).").default("none"),
+    key!(PhysicalMaterial, "normal_image", normal_image: Option<PathBuf>, "Picture of normals; green points up.").default("none"),
+    key!(PhysicalMaterial, "normal_scale", normal_scale: f64, "Factor of the slopes of that picture.").range(-10.0, 10.0),
+    key!(PhysicalMaterial, "emission_image", emission_image: Option<PathBuf>, "Picture of factors of the emission.").default("none"),
+    key!(PhysicalMaterial, "coordinates", coordinates: Coordinates, "What pictures follow on caps and floors: the repeats of the pattern, or the texture coordinates of the mesh. On walls and bevels they follow the outline and the depth."),
+    key!(PhysicalMaterial, "tiles", tiles: [f64; 2], "Repeats of the pictures per repeat of the pattern, or of the mesh's coordinates.").range(1e-4, 1e4),
+    key!(PhysicalMaterial, "shade_variation", shade_variation: f64, "Largest change of the base colour from cell to cell of the pattern: each connected piece, such as a brick, is one.")
+        .range(0.0, 1.0)
+        .unit("of the colour"),
+    key!(PhysicalMaterial, "shift_pictures", shifts: bool, "Shifts the pictures from cell to cell."),
+    key!(PhysicalMaterial, "turn_pictures", turns: bool, "Turns the pictures by quarters from cell to cell."),
 ];
 
 /// Keys of the table `shape` of an object whose pattern is a text.

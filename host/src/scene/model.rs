@@ -1,6 +1,6 @@
 //! The scene: picture, camera, light and objects.
 
-use super::{Color, Development, SceneObject, Track};
+use super::{Color, Development, Environment, LightSource, PhysicalMaterial, SceneObject, Track};
 use crate::{Files, Limits};
 use std::path::PathBuf;
 
@@ -26,8 +26,14 @@ pub struct Scene {
     pub orbit: f64,
     /// Vertical field of view, degrees.
     pub field_of_view: f64,
-    /// The light.
+    /// The light, unless there are `lights`.
     pub light: Light,
+    /// Lights in place of `light`.
+    pub lights: Vec<LightSource>,
+    /// Light from all directions in place of `light.ambient`.
+    pub environment: Option<Environment>,
+    /// Materials that objects name.
+    pub materials: Vec<PhysicalMaterial>,
     /// The objects.
     pub objects: Vec<SceneObject>,
     /// Values that change with time, for [`Scene::at_time`].
@@ -54,12 +60,42 @@ impl Default for Scene {
             orbit: 0.0,
             field_of_view: 45.0,
             light: Light::default(),
+            lights: Vec::new(),
+            environment: None,
+            materials: Vec::new(),
             objects: Vec::new(),
             tracks: Vec::new(),
             frame_rate: 24.0,
             limits: Limits::trusting(),
             files: Files::Disk,
         }
+    }
+}
+
+impl Scene {
+    /// Returns whether the scene has lights, an environment or materials: then its objects are
+    /// drawn first, and lit physically where they are seen.
+    pub fn is_physical(&self) -> bool {
+        !self.lights.is_empty() || self.environment.is_some() || !self.materials.is_empty()
+    }
+
+    /// Returns the key, with its tables, and the path of all files that the scene names, for
+    /// other paths to be set.
+    pub(super) fn files_mut(&mut self) -> impl Iterator<Item = (String, &mut PathBuf)> {
+        let environment = self.environment.iter_mut();
+        let environment = environment.filter_map(|environment| environment.image.as_mut());
+        let environment = environment.map(|path| ("environment.image".to_string(), path));
+        let materials = (1..)
+            .zip(&mut self.materials)
+            .flat_map(|(number, material)| {
+                let files = material.files_mut();
+                files.map(move |(key, path)| (format!("material {number}: {key}"), path))
+            });
+        let objects = (1..).zip(&mut self.objects).flat_map(|(number, object)| {
+            let files = object.files_mut().into_iter();
+            files.map(move |(key, path)| (format!("object {number}: {key}"), path))
+        });
+        environment.chain(materials).chain(objects)
     }
 }
 

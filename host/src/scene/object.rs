@@ -1,6 +1,6 @@
 //! Objects of a scene: a mesh, a pattern, and how one is wrapped around the other.
 
-use super::{Color, Instances, Search, Shape, Tier};
+use super::{Color, Finish, Instances, Search, Shape, Tier};
 use crate::mesh::{DEFAULT_CREASE_ANGLE, MeshSource, Projection};
 use crate::shape_map::Storage;
 use relievo_shared::profile;
@@ -155,6 +155,8 @@ pub struct SceneObject {
     pub invert: bool,
     /// Colours and gloss.
     pub material: Material,
+    /// Materials of the scene in place of the colours.
+    pub finish: Finish,
     /// Uniform scale, before rotation.
     pub scale: f64,
     /// Rotation about x, then y, then z, degrees.
@@ -194,6 +196,7 @@ impl Default for SceneObject {
             threshold: DEFAULT_THRESHOLD,
             invert: false,
             material: Material::default(),
+            finish: Finish::default(),
             scale: 1.0,
             rotate: [0.0; 3],
             translate: [0.0; 3],

@@ -1,8 +1,10 @@
 //! Reading of scene files.
 
-use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, TRACK};
+use super::keys::{
+    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT, TRACK,
+};
 use super::value::one_of;
-use super::{Scene, SceneError, SceneObject, Shape, Technique, Track};
+use super::{Environment, Scene, SceneError, SceneObject, Shape, Technique};
 use crate::shape_map::Lettering;
 use crate::{Files, Limits};
 use std::ops::Range;
@@ -15,7 +17,15 @@ const LARGEST_FILE: u64 = 16 << 20;
 /// Longest unknown key for which a similar one is searched, bytes.
 const LONGEST_NAME: usize = 64;
 /// Tables of a scene file.
-const TABLES: [&str; 5] = ["image", "camera", "light", "object", "animate"];
+const TABLES: [&str; 7] = [
+    "image",
+    "camera",
+    "light",
+    "environment",
+    "material",
+    "object",
+    "animate",
+];
 
 impl Scene {
     /// Reads and checks a scene file, which may read any other file. Use
@@ -101,13 +111,11 @@ impl Scene {
             Err(SceneError::Invalid { key, problem, .. }) => Err(reader.wrong(&key, problem)),
             checked => checked,
         }?;
-        for (index, object) in scene.objects.iter_mut().enumerate() {
-            let prefix = format!("object {}: ", index + 1);
-            for (name, file) in object.files_mut() {
-                *file = folder.join(&*file);
-                let checked = scene.files.check(file);
-                checked.map_err(|problem| reader.wrong(&format!("{prefix}{name}"), problem))?;
-            }
+        let files = scene.files.clone();
+        for (name, file) in scene.files_mut() {
+            *file = folder.join(&*file);
+            let checked = files.check(file);
+            checked.map_err(|problem| reader.wrong(&name, problem))?;
         }
         Ok(scene)
     }
@@ -152,8 +160,14 @@ struct Reader<'a> {
 impl Reader<'_> {
     fn scene(&mut self, tables: &DeTable<'_>, scene: &mut Scene) -> Result<(), SceneError> {
         self.only(tables, "", &TABLES)?;
+        let lights = tables
+            .get("light")
+            .and_then(|value| value.get_ref().as_array());
         for (name, keys) in [("image", IMAGE), ("camera", CAMERA), ("light", LIGHT)] {
-            if let Some(value) = tables.get(name) {
+            if let Some(value) = tables
+                .get(name)
+                .filter(|_| name != "light" || lights.is_none())
+            {
                 let table = self.table(name, value)?;
                 self.keys(table, &format!("{name}."), keys, &[], scene)?;
             }
@@ -164,6 +178,15 @@ impl Reader<'_> {
                 return Err(self.wrong(&key, "needs camera.eye beside it".to_string()));
             }
         }
+        if lights.is_some() {
+            scene.lights = self.all(tables, "light", LIGHTS)?;
+        }
+        if let Some(value) = tables.get("environment") {
+            let table = self.table("environment", value)?;
+            let environment = scene.environment.insert(Environment::default());
+            self.keys(table, "environment.", ENVIRONMENT, &[], environment)?;
+        }
+        scene.materials = self.all(tables, "material", MATERIALS)?;
         let objects = self.array(tables, "object")?;
         if objects.is_empty() {
             return Err(SceneError::Syntax {
@@ -178,16 +201,28 @@ impl Reader<'_> {
             let table = self.table(&name, value)?;
             scene.objects.push(self.object(table, &name)?);
         }
-        for (index, value) in self.array(tables, "animate")?.iter().enumerate() {
-            let name = format!("animate {}", index + 1);
+        scene.tracks = self.all(tables, "animate", TRACK)?;
+        Ok(())
+    }
+
+    /// Reads all tables of the array `name`.
+    fn all<T: Default>(
+        &mut self,
+        tables: &DeTable<'_>,
+        name: &str,
+        keys: &'static [Key<T>],
+    ) -> Result<Vec<T>, SceneError> {
+        let mut all = Vec::new();
+        for (index, value) in self.array(tables, name)?.iter().enumerate() {
+            let name = format!("{name} {}", index + 1);
             let table = self.table(&name, value)?;
             let prefix = format!("{name}: ");
-            self.require(table, &prefix, TRACK, "…")?;
-            let mut track = Track::default();
-            self.keys(table, &prefix, TRACK, &[], &mut track)?;
-            scene.tracks.push(track);
+            self.require(table, &prefix, keys, "…")?;
+            let mut owner = T::default();
+            self.keys(table, &prefix, keys, &[], &mut owner)?;
+            all.push(owner);
         }
-        Ok(())
+        Ok(all)
     }
 
     /// Refuses a table without a key that it has to have; `example` is a value of such keys.

@@ -1,7 +1,9 @@
 //! The reference page of scene files, docs/scene.md.
 
-use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, TRACK, bound};
-use super::{Scene, SceneObject, Technique, Track};
+use super::keys::{
+    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT, TRACK, bound,
+};
+use super::{Environment, LightSource, PhysicalMaterial, Scene, SceneObject, Technique, Track};
 use crate::shape_map::Lettering;
 use std::fmt::Write;
 
@@ -41,6 +43,28 @@ pub fn page() -> String {
         LIGHT,
         &scene,
     );
+    page.push_str(PHYSICAL);
+    table(
+        &mut page,
+        "[[light]]",
+        "A light, in place of `[light]`.",
+        LIGHTS,
+        &LightSource::default(),
+    );
+    table(
+        &mut page,
+        "[environment]",
+        "Light from all directions, in place of `light.ambient`.",
+        ENVIRONMENT,
+        &Environment::default(),
+    );
+    table(
+        &mut page,
+        "[[material]]",
+        "A material that objects name in `[object.material]`.",
+        MATERIALS,
+        &PhysicalMaterial::default(),
+    );
     let object = SceneObject::default();
     table(
         &mut page,
@@ -65,6 +89,37 @@ pub fn page() -> String {
     table(&mut page, "[[animate]]", about, TRACK, &Track::default());
     page
 }
+
+const PHYSICAL: &str = "
+## Materials and lights
+
+A scene with a table `[[light]]`, `[environment]` or `[[material]]` is lit physically: by the
+metallic-roughness model of glTF 2.0, with shadows of all objects on all objects
+([Materials and lights](lighting.md)). What it lacks is taken from `[light]`: its directional light
+where there is no `[[light]]`, and its ambient light where there is neither `[[light]]` nor
+`[environment]`.
+
+```toml
+[[light]]
+direction = [1, 2, 1.5]
+intensity = 2.5
+
+[environment]
+image = \"studio.exr\"
+
+[[material]]
+name = \"brick\"
+base_color_image = \"brick.png\"
+roughness = 0.9
+
+[[object]]
+mesh = \"wall.obj\"
+shape = \"bricks.png\"
+material = { cap = \"brick\", wall = \"brick\", floor = \"#b0a898\" }
+```
+
+A colour is a dielectric whose roughness follows from `shininess`.
+";
 
 const ANIMATION: &str = "
 ## Animation

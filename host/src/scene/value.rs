@@ -1,6 +1,9 @@
 //! Conversion of the fields of a scene from and to the values of a scene file.
 
-use super::{Color, Grid, Instance, Instances, Interpolation, Shape, Technique, Tier, Tone};
+use super::{
+    Color, Coordinates, Grid, Instance, Instances, Interpolation, LightKind, Shape, Technique,
+    Tier, Tone,
+};
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::Storage;
 use std::path::PathBuf;
@@ -234,7 +237,9 @@ macro_rules! named {
     };
 }
 
+named!(Coordinates);
 named!(Interpolation);
+named!(LightKind);
 named!(Tier);
 named!(Tone);
 named!(Technique);

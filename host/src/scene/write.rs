@@ -1,7 +1,9 @@
 //! Writing of scene files.
 
-use super::keys::{CAMERA, IMAGE, Key, LIGHT, MATERIAL, OBJECT, TEXT, TRACK};
-use super::{Scene, SceneObject, Shape, Technique, Track};
+use super::keys::{
+    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT, TRACK,
+};
+use super::{Scene, SceneObject, Shape, Technique};
 use crate::files::{normal, relative};
 use crate::shape_map::Lettering;
 use std::fmt::Write;
@@ -30,22 +32,47 @@ impl Scene {
     pub fn to_toml(&self, folder: &Path) -> String {
         let default = Scene::default();
         let mut text = String::new();
+        let mut named = self.clone();
+        for (_, path) in named.files_mut() {
+            *path = name(path, folder).into();
+        }
         for (name, keys) in [("image", IMAGE), ("camera", CAMERA), ("light", LIGHT)] {
+            // A scene has the one or the others.
+            if name == "light" && !self.lights.is_empty() {
+                continue;
+            }
             let values = keys
                 .iter()
                 .map(|key| (key.name, changed(key, self, &default)));
             table(&mut text, &format!("[{name}]"), values);
         }
-        for object in &self.objects {
-            write_object(&mut text, object, folder);
+        all(&mut text, "[[light]]", LIGHTS, &named.lights);
+        if let Some(environment) = &named.environment {
+            let one = std::slice::from_ref(environment);
+            all(&mut text, "[environment]", ENVIRONMENT, one);
         }
-        for track in &self.tracks {
-            let default = Track::default();
-            let values = TRACK.iter();
-            let values = values.map(|key| (key.name, changed(key, track, &default)));
-            table(&mut text, "[[animate]]", values);
+        all(&mut text, "[[material]]", MATERIALS, &named.materials);
+        for object in &named.objects {
+            write_object(&mut text, object);
         }
+        all(&mut text, "[[animate]]", TRACK, &self.tracks);
         text
+    }
+}
+
+/// Appends a table for each of `owners`, also where all of its values are left out.
+fn all<T: Default>(text: &mut String, header: &str, keys: &'static [Key<T>], owners: &[T]) {
+    let default = T::default();
+    for owner in owners {
+        let values = keys
+            .iter()
+            .map(|key| (key.name, changed(key, owner, &default)));
+        let length = text.len();
+        table(text, header, values);
+        if text.len() == length {
+            let gap = if text.is_empty() { "" } else { "\n" };
+            writeln!(text, "{gap}{header}").expect("strings take any text");
+        }
     }
 }
 
@@ -78,11 +105,7 @@ fn changed<T>(key: &Key<T>, owner: &T, default: &T) -> Option<Value> {
     value.filter(|_| !is_default)
 }
 
-fn write_object(text: &mut String, object: &SceneObject, folder: &Path) {
-    let mut named = object.clone();
-    for (_, path) in named.files_mut() {
-        *path = name(path, folder).into();
-    }
+fn write_object(text: &mut String, object: &SceneObject) {
     // What a file without further keys gives.
     let (steps, bisections) = object.default_effort();
     let default = SceneObject {
@@ -93,16 +116,16 @@ fn write_object(text: &mut String, object: &SceneObject, folder: &Path) {
     };
     let technique = object.technique();
     let values = OBJECT.iter().map(|key| {
-        let value = match (key.name, &named.shape) {
+        let value = match (key.name, &object.shape) {
             _ if key.applies(object).is_err() || (key.is_planned && object.budget.is_some()) => {
                 None
             }
             ("shape", Shape::Text(lettering)) => Some(Value::Table(lettering_table(lettering))),
             // Their defaults depend on the technique.
             (parameter, _) if Technique::is_parameter(parameter) => {
-                key.get(&named).filter(|_| technique.has(parameter))
+                key.get(object).filter(|_| technique.has(parameter))
             }
-            _ => changed(key, &named, &default),
+            _ => changed(key, object, &default),
         };
         (key.name, value)
     });

@@ -36,6 +36,7 @@ mod lettering;
 mod limits;
 pub mod map;
 pub mod pattern;
+mod picture;
 mod raster;
 pub mod storage;
 
@@ -45,6 +46,7 @@ pub use lettering::Lettering;
 pub use limits::{DEFAULT_MAX_PIXELS, MAX_PIXELS};
 pub use map::ShapeMap;
 pub use pattern::{Pattern, PatternOptions};
+pub(crate) use picture::load_picture;
 pub use raster::{DEFAULT_RASTER, LARGEST_RASTER, SMALLEST_RASTER};
 pub use storage::{Encoding, Storage};
 

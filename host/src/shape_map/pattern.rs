@@ -261,7 +261,7 @@ fn checked_count(width: u32, height: u32) -> Result<u64, ShapeMapError> {
 }
 
 /// Decodes an image after checking its size.
-fn decode_image(
+pub(super) fn decode_image(
     mut input: impl Input,
     path: &Path,
     max_pixels: u64,

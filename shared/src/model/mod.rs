@@ -58,7 +58,7 @@ pub trait Model<Over> {
     /// Result of [`Model::enter`].
     type Entry: Copy;
     /// Where a hit lies, in the model's terms.
-    type Place: Copy;
+    type Place: Place;
     /// The smooth surface at a hit.
     type Surface: HitSurface;
 
@@ -105,6 +105,15 @@ pub trait Model<Over> {
     ) -> bool;
 }
 
+/// Where a hit lies, in a model's terms.
+pub trait Place: Copy {
+    /// Returns the facet that the hit lies in, where `drawn` is the one that was drawn.
+    fn facet(&self, drawn: u32) -> u32;
+
+    /// Returns the number of prisms that the ray went through.
+    fn prisms(&self) -> u32;
+}
+
 /// Result of [`Model::search`].
 #[derive(Clone, Copy, Debug)]
 pub struct Found<P> {
@@ -127,6 +136,9 @@ pub struct Hit {
     pub t: Real,
     /// Texture coordinates, 0…1 within one repeat.
     pub uv: Vec2,
+    /// Which repeat of the pattern that is, whole numbers, counted as the facet's texture
+    /// coordinates are.
+    pub repeat: Vec2,
     /// δ, 0…1.
     pub depth_fraction: Real,
     /// Steps of the linear search.

@@ -1,6 +1,6 @@
 //! Code shared by the models that are drawn over triangles.
 
-use super::{Found, Model, Normals, Ray, Traced};
+use super::{Found, Model, Normals, Place, Ray, Traced};
 use crate::Real;
 use crate::contract::{check, check2, check3};
 use crate::exit::{Exit, Exits};
@@ -88,6 +88,19 @@ pub fn meet(ray: &Ray<'_>, triangle: &Triangle) -> FacetHit {
     FacetHit {
         hit: found.hit & (is_behind_near_plane | may_surround_eye(frame, ray.object, triangle)),
         ..found
+    }
+}
+
+/// The parameter s of the path.
+impl Place for Real {
+    #[inline]
+    fn facet(&self, drawn: u32) -> u32 {
+        drawn
+    }
+
+    #[inline]
+    fn prisms(&self) -> u32 {
+        0
     }
 }
 

@@ -1,6 +1,6 @@
 //! The accurate tier: from prism to prism through the curved shell (section 6).
 
-use super::{Found, Model, Normals, Ray, Traced};
+use super::{Found, Model, Normals, Place, Ray, Traced};
 use crate::arithmetic::{div, kept, kept3, max, sqrt};
 use crate::exit::Exits;
 use crate::layout::{Frame, Object, vec3};
@@ -51,6 +51,23 @@ impl HitSurface for PrismFrame {
             gradient -= self.jacobian.gradient_depth * growth;
         }
         gradient
+    }
+
+    #[inline]
+    fn gradients(&self) -> (Vec3, Vec3) {
+        (self.gradient_u, self.gradient_v)
+    }
+}
+
+impl Place for PrismPlace {
+    #[inline]
+    fn facet(&self, _: u32) -> u32 {
+        self.prism
+    }
+
+    #[inline]
+    fn prisms(&self) -> u32 {
+        self.prisms
     }
 }
 

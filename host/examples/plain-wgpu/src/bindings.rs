@@ -127,6 +127,8 @@ pub struct Object {
     pub number: u32,
     /// What follows from the other parameters.
     pub quotients: Quotients,
+    /// Number of the object's materials. Exported shaders do not read it.
+    pub finish: u32,
 }
 
 /// One corner of a triangle.

@@ -1,6 +1,7 @@
 //! Contents and formats of pictures on a GPU.
 
 use super::shaders::EntryPoints;
+use std::ops::Range;
 
 /// Stores the bits of f32 unchanged: integers are not filtered, blended or
 /// rounded.
@@ -10,26 +11,58 @@ pub(super) const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 /// Content of a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Content {
-    /// Colours: one target.
+    /// Colours.
     Color,
-    /// Hits: two targets.
+    /// Hits.
     Geometry,
 }
 
 impl Content {
-    /// Returns the number of targets.
-    pub fn targets(self) -> usize {
+    /// Returns the targets that the picture is in.
+    pub fn targets(self) -> Range<usize> {
+        self.drawing(false).targets()
+    }
+
+    /// Returns what objects are drawn as for it, in a scene that is lit physically or not.
+    pub(super) fn drawing(self, is_lit: bool) -> Drawing {
         match self {
-            Content::Color => 1,
-            Content::Geometry => 2,
+            Content::Color if is_lit => Drawing::Surface,
+            Content::Color => Drawing::Color,
+            Content::Geometry => Drawing::Geometry,
+        }
+    }
+}
+
+/// What objects are drawn as.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Drawing {
+    /// Their colours: one target.
+    Color,
+    /// Their hits: two targets.
+    Geometry,
+    /// The G-buffer: two targets beside that of the colours.
+    Surface,
+    /// Depths alone: no target.
+    Depth,
+}
+
+impl Drawing {
+    /// Returns the targets that it is drawn to.
+    pub(super) fn targets(self) -> Range<usize> {
+        match self {
+            Drawing::Color => 0..1,
+            Drawing::Geometry => 0..2,
+            Drawing::Surface => 1..3,
+            Drawing::Depth => 0..0,
         }
     }
 
     /// Returns the fragment shader of an object.
     pub(super) fn fragment(self, of: &EntryPoints) -> &'static str {
         match self {
-            Content::Color => of.color,
-            Content::Geometry => of.geometry,
+            Drawing::Color => of.color,
+            Drawing::Geometry => of.geometry,
+            Drawing::Surface | Drawing::Depth => of.surface,
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Predicts the device memory of a scene, without a device.
 
+use super::content::Drawing;
 use super::outlines::{buffer_bytes, padded};
 use super::shared::{STRIDE, sharing};
 use super::{EntryPoints, Extent, Facets};
@@ -34,6 +35,8 @@ pub struct Memory {
     pub parameters: u64,
     /// Outlines of the facets.
     pub outlines: u64,
+    /// Materials, lights, pictures and shadow maps.
+    pub lighting: u64,
     /// Pictures, their read-back buffers, depth and exits.
     pub pictures: u64,
 }
@@ -48,6 +51,10 @@ impl Memory {
         let mut memory = Memory {
             parameters: (STRIDE * (1 + placed.count())) as u64,
             outlines: buffer_bytes(scene.objects.iter().map(facets)).iter().sum(),
+            lighting: scene
+                .lighting
+                .as_ref()
+                .map_or(0, |lighting| lighting.buffer_bytes().iter().sum()),
             pictures: picture_bytes(scene, extent, pictures),
             ..Memory::default()
         };
@@ -89,16 +96,26 @@ impl Memory {
 
     /// Returns the sum.
     pub fn total(&self) -> u64 {
-        self.triangles + self.prisms + self.maps + self.parameters + self.outlines + self.pictures
+        self.triangles
+            + self.prisms
+            + self.maps
+            + self.parameters
+            + self.outlines
+            + self.lighting
+            + self.pictures
     }
 }
 
 /// Returns the bytes of the pictures of `scene`.
 fn picture_bytes(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> u64 {
     let [width, height] = scene.size.map(|side| u64::from(side * scene.supersampling));
-    let count = match pictures {
+    let read_back = match pictures {
         Pictures::Color => 1,
         Pictures::ColorAndGeometry => 2,
+    };
+    let targets = match scene.lighting {
+        Some(_) => Drawing::Surface.targets().end as u64,
+        None => read_back,
     };
     let asking = scene
         .objects
@@ -112,7 +129,7 @@ fn picture_bytes(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> u
             width * height
         }
     });
-    height * (width * DEPTH + count * (width * WORDS + row_stride(width)))
+    height * (width * DEPTH + targets * width * WORDS + read_back * row_stride(width))
         + pixels_of_exits.max().unwrap_or(0) * WORDS
 }
 

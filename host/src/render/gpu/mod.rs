@@ -18,6 +18,7 @@
 
 mod content;
 mod error;
+mod lit;
 mod memory;
 mod outlines;
 mod pipelines;
@@ -33,6 +34,7 @@ pub use pipelines::Pipelines;
 pub use relievo_bitwise::{Adapter, Device, Module, Signature, TIME_LIMIT, adapters, choose};
 pub use scene::GpuScene;
 pub(crate) use scene::facet_bytes;
+pub(crate) use shaders::SHADE;
 pub use shaders::{Choice, EntryPoints, Extent, Facets, Shaders, canaries, signature};
 pub use targets::Targets;
 

@@ -1,7 +1,7 @@
 //! Pipelines, made when first needed and kept across scenes.
 
-use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
-use super::shaders::{EXITS, EntryPoints, PLACE};
+use super::content::{DEPTH_FORMAT, Drawing, TARGET_FORMAT};
+use super::shaders::{EXITS, EntryPoints, PLACE, SHADE};
 use crate::render::RenderError;
 use relievo_bitwise::{Device, Module};
 use std::collections::BTreeMap;
@@ -22,7 +22,10 @@ pub struct Pipelines {
     layout: wgpu::PipelineLayout,
     /// The layout of shaders that ask for exits.
     layout_with_exits: wgpu::PipelineLayout,
-    made: BTreeMap<&'static str, wgpu::RenderPipeline>,
+    /// By fragment shader and number of targets.
+    made: BTreeMap<(&'static str, usize), wgpu::RenderPipeline>,
+    /// The pipeline that shades the G-buffer, with its layouts.
+    shade: Option<ShadePipeline>,
     made_outlines: BTreeMap<&'static str, wgpu::ComputePipeline>,
 }
 
@@ -68,6 +71,7 @@ impl Pipelines {
             exit_bindings,
             outline_bindings,
             made: BTreeMap::new(),
+            shade: None,
             made_outlines: BTreeMap::new(),
         }
     }
@@ -101,7 +105,7 @@ impl Pipelines {
 
     /// Returns the pipeline that [`Self::make_exits`] has made.
     pub(super) fn exits(&self) -> &wgpu::RenderPipeline {
-        &self.made[EXITS[0]]
+        &self.made[&(EXITS[0], 1)]
     }
 
     /// Returns the pipeline that finds the outlines of facets of objects with these entry
@@ -133,10 +137,11 @@ impl Pipelines {
         Ok(())
     }
 
-    /// Makes the pipelines that draw `content` of objects with these entry points, if they are
+    /// Makes the pipelines for `drawing` of objects with these entry points, if they are
     /// missing.
-    pub(super) fn make(&mut self, of: &EntryPoints, content: Content) -> Result<(), RenderError> {
-        self.make_drawing(content.fragment(of), content.targets(), of.asks_for_exits)?;
+    pub(super) fn make(&mut self, of: &EntryPoints, drawing: Drawing) -> Result<(), RenderError> {
+        let targets = drawing.targets().len();
+        self.make_drawing(drawing.fragment(of), targets, of.asks_for_exits)?;
         self.make_outlines(of.outlines)
     }
 
@@ -148,7 +153,7 @@ impl Pipelines {
         asks_for_exits: bool,
     ) -> Result<(), RenderError> {
         let device = &self.device;
-        if self.made.contains_key(fragment) {
+        if self.made.contains_key(&(fragment, targets)) {
             return Ok(());
         }
         let place = match &mut self.place {
@@ -165,18 +170,78 @@ impl Pipelines {
             &self.layout
         };
         let pipeline = device.attempt(|| {
-            let pipeline = make_pipeline(device.wgpu(), layout, modules, targets);
+            let pipeline = make_pipeline(device.wgpu(), layout, modules, targets, true);
             Ok::<_, RenderError>(pipeline)
         })?;
-        self.made.insert(fragment, pipeline);
+        self.made.insert((fragment, targets), pipeline);
         Ok(())
     }
 
     /// Returns a pipeline that [`Self::make`] has made.
-    pub(super) fn get(&self, of: &EntryPoints, content: Content) -> &wgpu::RenderPipeline {
-        &self.made[content.fragment(of)]
+    pub(super) fn get(&self, of: &EntryPoints, drawing: Drawing) -> &wgpu::RenderPipeline {
+        &self.made[&(drawing.fragment(of), drawing.targets().len())]
+    }
+
+    /// Makes the pipeline that shades the G-buffer, if it is missing.
+    pub(super) fn make_shade(&mut self) -> Result<&ShadePipeline, RenderError> {
+        if self.shade.is_none() {
+            self.shade = Some(ShadePipeline::new(&self.device, &self.module)?);
+        }
+        Ok(self.shade())
+    }
+
+    /// Returns the pipeline that [`Self::make_shade`] has made.
+    pub(super) fn shade(&self) -> &ShadePipeline {
+        self.shade.as_ref().expect("it was made")
     }
 }
+
+/// The pipeline that shades the G-buffer.
+pub(super) struct ShadePipeline {
+    pub pipeline: wgpu::RenderPipeline,
+    /// The layout of materials and lights.
+    pub tables: wgpu::BindGroupLayout,
+    /// The layout of the G-buffer's pictures.
+    pub pictures: wgpu::BindGroupLayout,
+}
+
+impl ShadePipeline {
+    fn new(device: &Device, module: &Module) -> Result<ShadePipeline, RenderError> {
+        let [vertex, fragment] = SHADE;
+        let modules = [
+            (&module.load(device, vertex)?, vertex),
+            (&module.load(device, fragment)?, fragment),
+        ];
+        device.attempt(|| {
+            let stage = wgpu::ShaderStages::FRAGMENT;
+            let entries: Vec<_> = (0..SHADE_TABLES)
+                .map(|binding| buffer_entry(binding, stage, true, false))
+                .collect();
+            let made = device.wgpu();
+            let tables = made.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some("materials and lights"),
+                entries: &entries,
+            });
+            let pictures = made.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some("G-buffer"),
+                entries: &[0, 1].map(picture_entry),
+            });
+            let layout = made.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("shade"),
+                bind_group_layouts: &[Some(&tables), Some(&pictures)],
+                immediate_size: 0,
+            });
+            Ok(ShadePipeline {
+                pipeline: make_pipeline(made, &layout, modules, 1, false),
+                tables,
+                pictures,
+            })
+        })
+    }
+}
+
+/// Number of buffers that shading reads.
+const SHADE_TABLES: u32 = 7;
 
 /// Four read-only storage buffers: frame, object, facets, texels.
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
@@ -212,17 +277,22 @@ fn buffer_entry(
 fn exit_bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("exits"),
-        entries: &[wgpu::BindGroupLayoutEntry {
-            binding: 0,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty: wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Uint,
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-            count: None,
-        }],
+        entries: &[picture_entry(0)],
     })
+}
+
+/// A picture of words.
+fn picture_entry(binding: u32) -> wgpu::BindGroupLayoutEntry {
+    wgpu::BindGroupLayoutEntry {
+        binding,
+        visibility: wgpu::ShaderStages::FRAGMENT,
+        ty: wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Uint,
+            view_dimension: wgpu::TextureViewDimension::D2,
+            multisampled: false,
+        },
+        count: None,
+    }
 }
 
 fn make_pipeline(
@@ -230,6 +300,7 @@ fn make_pipeline(
     layout: &wgpu::PipelineLayout,
     [vertex, fragment]: [(&wgpu::ShaderModule, &str); 2],
     targets: usize,
+    has_depth: bool,
 ) -> wgpu::RenderPipeline {
     let target = Some(wgpu::ColorTargetState {
         format: TARGET_FORMAT,
@@ -246,7 +317,7 @@ fn make_pipeline(
             buffers: &[],
         },
         primitive: wgpu::PrimitiveState::default(),
-        depth_stencil: Some(wgpu::DepthStencilState {
+        depth_stencil: has_depth.then(|| wgpu::DepthStencilState {
             format: DEPTH_FORMAT,
             depth_write_enabled: Some(true),
             depth_compare: Some(wgpu::CompareFunction::Greater),

@@ -1,6 +1,7 @@
 //! Uploads a prepared scene to a device, and records its drawing.
 
-use super::content::Content;
+use super::content::{Content, Drawing};
+use super::lit::GpuLighting;
 use super::outlines::{Outlines, padded, workgroups};
 use super::pipelines::Pipelines;
 use super::shaders::{EntryPoints, Extent, Facets};
@@ -27,6 +28,7 @@ pub struct GpuScene {
     /// The frame of each object in its space; `None` where it lies outside the picture.
     seen: Vec<Option<Frame>>,
     outlines: Outlines,
+    lighting: Option<GpuLighting>,
     background: wgpu::Color,
     bytes: u64,
 }
@@ -157,7 +159,8 @@ impl GpuScene {
                 layout: pipelines.bindings(),
                 entries: &entries,
             });
-            pipelines.make(&entry_points, Content::Color)?;
+            let drawing = Content::Color.drawing(scene.lighting.is_some());
+            pipelines.make(&entry_points, drawing)?;
             if has_exits {
                 pipelines.make_exits()?;
             }
@@ -195,15 +198,60 @@ impl GpuScene {
             .map(|object| object.triangles.len() as u64);
         let outlines = Outlines::new(pipelines, counts);
         total.set(total.get() + outlines.bytes());
-        Ok(GpuScene {
+        let lighting = match &scene.lighting {
+            None => None,
+            Some(lighting) => {
+                let bytes: u64 = lighting.buffer_bytes().iter().sum();
+                total.set(total.get() + bytes);
+                let made = GpuLighting::new(lighting, pipelines, &frames, description)?;
+                Some(made)
+            }
+        };
+        let mut made = GpuScene {
             outlines,
+            lighting,
             frames,
             facets,
             seen: Vec::with_capacity(objects.len()),
             objects,
             background: wgpu::Color { r, g, b, a },
             bytes: total.get(),
-        })
+        };
+        made.cast_shadows(pipelines)?;
+        Ok(made)
+    }
+
+    /// Draws the shadow maps of all lights.
+    fn cast_shadows(&mut self, pipelines: &mut Pipelines) -> Result<(), RenderError> {
+        let Some(lighting) = self.lighting.take() else {
+            return Ok(());
+        };
+        let opened = pipelines.device().clone();
+        let mut kept: Option<Targets> = None;
+        for (index, frame) in lighting.frames().iter().enumerate() {
+            self.make_drawing(pipelines, Drawing::Depth)?;
+            let size = frame.size.map(|side| side as u32);
+            let mut targets = match kept.take().filter(|kept| kept.size() == size) {
+                Some(targets) => targets,
+                None => Targets::with_depth(&opened, size, true)?,
+            };
+            self.make_exits(pipelines, &mut targets);
+            self.set_frame(opened.queue(), frame);
+            let descriptor = wgpu::CommandEncoderDescriptor::default();
+            let mut encoder = opened.wgpu().create_command_encoder(&descriptor);
+            self.record_objects(
+                &mut encoder,
+                pipelines,
+                &targets,
+                Drawing::Depth,
+                [None, None],
+            );
+            lighting.record_shadow(&mut encoder, &targets, index);
+            opened.queue().submit([encoder.finish()]);
+            kept = Some(targets);
+        }
+        self.lighting = Some(lighting);
+        Ok(())
     }
 
     /// Returns the bytes of its buffers on the device.
@@ -216,8 +264,12 @@ impl GpuScene {
     /// # Errors
     /// [`RenderError::Device`] if the device refuses its shaders.
     pub fn make(&self, pipelines: &mut Pipelines, content: Content) -> Result<(), RenderError> {
+        self.make_drawing(pipelines, content.drawing(self.lighting.is_some()))
+    }
+
+    fn make_drawing(&self, pipelines: &mut Pipelines, drawing: Drawing) -> Result<(), RenderError> {
         for facets in &self.facets {
-            pipelines.make(&facets.entry_points, content)?;
+            pipelines.make(&facets.entry_points, drawing)?;
             if facets.has_exits {
                 pipelines.make_exits()?;
             }
@@ -234,7 +286,16 @@ impl GpuScene {
         content: Content,
         read_back: bool,
     ) {
-        targets.make(pipelines.device(), content, read_back);
+        targets.make(pipelines.device(), content.drawing(false), read_back);
+        if content.drawing(self.lighting.is_some()) == Drawing::Surface {
+            targets.make(pipelines.device(), Drawing::Surface, false);
+            targets.make_hits(pipelines);
+        }
+        self.make_exits(pipelines, targets);
+    }
+
+    /// Makes the picture of exits, if an object asks for it.
+    fn make_exits(&self, pipelines: &Pipelines, targets: &mut Targets) {
         let mut facets = self.facets.iter();
         if facets.any(|facets| facets.entry_points.asks_for_exits) {
             let is_written = self.facets.iter().any(|facets| facets.has_exits);
@@ -252,13 +313,34 @@ impl GpuScene {
         content: Content,
         timestamps: Option<&Timestamps>,
     ) {
+        let drawing = content.drawing(self.lighting.is_some());
+        match &self.lighting {
+            Some(lighting) if drawing == Drawing::Surface => {
+                let clocks = [timestamps, None];
+                self.record_objects(encoder, pipelines, targets, drawing, clocks);
+                let clock = timestamps.map(Timestamps::end);
+                lighting.record(encoder, pipelines, targets, clock);
+            }
+            _ => self.record_objects(encoder, pipelines, targets, drawing, [timestamps; 2]),
+        }
+    }
+
+    /// Records the drawing of all objects, whose begin and end `clocks` take.
+    fn record_objects(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pipelines: &Pipelines,
+        targets: &Targets,
+        drawing: Drawing,
+        [begin, end]: [Option<&Timestamps>; 2],
+    ) {
         let batches = self.outlines.batches();
         let has_exits = self.facets.iter().any(|facets| facets.has_exits);
         let exits = targets.exits().filter(|_| has_exits);
         if let Some(exits) = exits {
             let views = [Some((&exits.view, wgpu::Color::TRANSPARENT))];
             for batch in 0..batches {
-                let clock = timestamps.filter(|_| batch == 0).map(Timestamps::begin);
+                let clock = begin.filter(|_| batch == 0).map(Timestamps::begin);
                 self.record_outlines(encoder, pipelines, batch, true, clock);
                 let mut pass = begin_pass(encoder, targets, &views, batch, batches, None);
                 pass.set_pipeline(pipelines.exits());
@@ -270,19 +352,21 @@ impl GpuScene {
                 }
             }
         }
-        let clear = match content {
-            Content::Color => self.background,
-            Content::Geometry => wgpu::Color::TRANSPARENT,
+        let clear = match drawing {
+            Drawing::Color => self.background,
+            Drawing::Geometry | Drawing::Surface | Drawing::Depth => wgpu::Color::TRANSPARENT,
         };
-        let views = [0, 1].map(|index| Some((targets.view(index)?, clear)));
-        let views = &views[..content.targets()];
+        let views = drawing.targets();
+        let views: Vec<_> = views
+            .map(|index| Some((targets.view(index)?, clear)))
+            .collect();
         for batch in 0..batches {
             let is_first = batch == 0 && exits.is_none();
-            let clock = timestamps.filter(|_| is_first).map(Timestamps::begin);
+            let clock = begin.filter(|_| is_first).map(Timestamps::begin);
             self.record_outlines(encoder, pipelines, batch, false, clock);
             let is_last = batch + 1 == batches;
-            let clock = timestamps.filter(|_| is_last).map(Timestamps::end);
-            let mut pass = begin_pass(encoder, targets, views, batch, batches, clock);
+            let clock = end.filter(|_| is_last).map(Timestamps::end);
+            let mut pass = begin_pass(encoder, targets, &views, batch, batches, clock);
             if let Some(exits) = targets.exits() {
                 pass.set_bind_group(1, &exits.bindings, &[]);
             }
@@ -291,7 +375,7 @@ impl GpuScene {
                 let object = &self.objects[object as usize];
                 if last != Some(object.facets) {
                     let entry_points = &self.facets[object.facets as usize].entry_points;
-                    pass.set_pipeline(pipelines.get(entry_points, content));
+                    pass.set_pipeline(pipelines.get(entry_points, drawing));
                     last = Some(object.facets);
                 }
                 self.draw(&mut pass, object, offset);
@@ -417,7 +501,7 @@ fn begin_pass<'encoder>(
                 } else {
                     wgpu::LoadOp::Load
                 },
-                store: if is_last {
+                store: if is_last && targets.kept_depth().is_none() {
                     wgpu::StoreOp::Discard
                 } else {
                     wgpu::StoreOp::Store

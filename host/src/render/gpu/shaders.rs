@@ -24,13 +24,15 @@ macro_rules! files {
 macro_rules! renderer {
     ($folder:literal [$($more:ident)*]
         $($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident;)* })*) => {
         files!($folder: place outlines outlines_planar outlines_prisms outlines_exits exits
+            screen shade
             $($more)*
-            $($color $shadow $geometry $($special_color $special_shadow $special_geometry)*)*)
+            $($color $shadow $geometry $surface
+                $($special_color $special_shadow $special_geometry $special_surface)*)*)
     };
 }
 
@@ -291,6 +293,8 @@ pub struct EntryPoints {
     pub color: &'static str,
     /// Draws its geometry.
     pub geometry: &'static str,
+    /// Draws its part of the G-buffer.
+    pub surface: &'static str,
     /// Whether both ask for the exits of rays, a picture that must be bound.
     pub asks_for_exits: bool,
 }
@@ -299,6 +303,9 @@ pub struct EntryPoints {
 pub(super) const PLACE: &str = "place";
 /// The fragment shader that writes exits, and the compute shader of their outlines.
 pub(super) const EXITS: [&str; 2] = ["exits", "outlines_exits"];
+
+/// The vertex and the fragment shader that shade the G-buffer.
+pub(crate) const SHADE: [&str; 2] = ["screen", "shade"];
 
 /// Whether a model asks for exits.
 macro_rules! asks_for_exits {
@@ -319,16 +326,17 @@ struct Special {
     color: &'static str,
     shadow: &'static str,
     geometry: &'static str,
+    surface: &'static str,
     asks_for_exits: bool,
 }
 
 /// A [`Special`] for each pair of a search and facts, most facts first.
 macro_rules! special {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident;)* })*) => {
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident;)* })*) => {
         &[$(
             $(Special {
                 search: $search,
@@ -337,6 +345,7 @@ macro_rules! special {
                 color: stringify!($special_color),
                 shadow: stringify!($special_shadow),
                 geometry: stringify!($special_geometry),
+                surface: stringify!($special_surface),
                 asks_for_exits: asks_for_exits!($special),
             },)*
             Special {
@@ -346,6 +355,7 @@ macro_rules! special {
                 color: stringify!($color),
                 shadow: stringify!($shadow),
                 geometry: stringify!($geometry),
+                surface: stringify!($surface),
                 asks_for_exits: asks_for_exits!($model),
             },
         )*]
@@ -377,6 +387,7 @@ impl EntryPoints {
                 special.shadow
             },
             geometry: special.geometry,
+            surface: special.surface,
             asks_for_exits: special.asks_for_exits,
         }
     }
@@ -408,7 +419,12 @@ mod tests {
         for shaders in [Shaders::Exact, Shaders::Fused, Shaders::Fast] {
             let module = shaders.module().unwrap();
             for special in SPECIAL {
-                for name in [special.color, special.shadow, special.geometry] {
+                for name in [
+                    special.color,
+                    special.shadow,
+                    special.geometry,
+                    special.surface,
+                ] {
                     assert!(module.instructions(name) > Some(500), "{name}");
                 }
             }

@@ -1,6 +1,6 @@
 //! Render targets and their read-back buffers.
 
-use super::content::{Content, DEPTH_FORMAT, TARGET_FORMAT};
+use super::content::{Content, DEPTH_FORMAT, Drawing, TARGET_FORMAT};
 use super::memory;
 use super::pipelines::Pipelines;
 use crate::render::{RenderError, allocate};
@@ -13,11 +13,15 @@ pub struct Targets {
     height: u32,
     /// Bytes per row of the read-back buffers, with the alignment of the API.
     stride: u32,
-    /// One for colours, two for geometry; made when first needed.
+    /// Those that [`Drawing::targets`] numbers; made when first needed.
     colors: Vec<Target>,
     depth: wgpu::TextureView,
+    /// The depth buffer, where it is read afterwards.
+    kept_depth: Option<wgpu::Texture>,
     /// Made when first needed.
     exits: Option<Exits>,
+    /// The G-buffer, to be read; made when first needed.
+    hits: Option<wgpu::BindGroup>,
 }
 
 /// The picture of exits.
@@ -42,7 +46,16 @@ impl Targets {
     ///
     /// # Errors
     /// [`RenderError::Limit`] if the device does not support that size.
-    pub fn new(device: &Device, [width, height]: [u32; 2]) -> Result<Targets, RenderError> {
+    pub fn new(device: &Device, size: [u32; 2]) -> Result<Targets, RenderError> {
+        Targets::with_depth(device, size, false)
+    }
+
+    /// As [`Targets::new`], with a depth buffer that can be read if it `is_kept`.
+    pub(super) fn with_depth(
+        device: &Device,
+        [width, height]: [u32; 2],
+        is_kept: bool,
+    ) -> Result<Targets, RenderError> {
         let limits = device.wgpu().limits();
         let too_large = |what: &str, needed: u64, limit: u64| RenderError::Limit {
             adapter: device.describe().to_string(),
@@ -68,7 +81,11 @@ impl Targets {
             device.wgpu(),
             [width, height],
             DEPTH_FORMAT,
-            wgpu::TextureUsages::RENDER_ATTACHMENT,
+            if is_kept {
+                wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC
+            } else {
+                wgpu::TextureUsages::RENDER_ATTACHMENT
+            },
         );
         Ok(Targets {
             width,
@@ -76,7 +93,9 @@ impl Targets {
             stride: stride as u32,
             colors: Vec::new(),
             exits: None,
+            hits: None,
             depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
+            kept_depth: is_kept.then_some(depth),
         })
     }
 
@@ -110,16 +129,42 @@ impl Targets {
         });
     }
 
+    /// Makes the G-buffer readable, if it is not; its targets must be made.
+    pub(super) fn make_hits(&mut self, pipelines: &Pipelines) {
+        if self.hits.is_some() {
+            return;
+        }
+        let views = &self.colors[Drawing::Surface.targets()];
+        let entries: Vec<_> = (0..)
+            .zip(views)
+            .map(|(binding, target)| wgpu::BindGroupEntry {
+                binding,
+                resource: wgpu::BindingResource::TextureView(&target.view),
+            })
+            .collect();
+        let device = pipelines.device().wgpu();
+        self.hits = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some("G-buffer"),
+            layout: &pipelines.shade().pictures,
+            entries: &entries,
+        }));
+    }
+
+    /// Returns the G-buffer, which [`Self::make_hits`] has made readable.
+    pub(super) fn hits(&self) -> &wgpu::BindGroup {
+        self.hits.as_ref().expect("it was made readable")
+    }
+
     /// Returns the picture of exits, if it was made.
     pub(super) fn exits(&self) -> Option<&Exits> {
         self.exits.as_ref()
     }
 
-    /// Makes the missing targets for `content`, and their read-back buffers if
+    /// Makes the missing targets for `drawing`, and their read-back buffers if
     /// `read_back`.
-    pub(super) fn make(&mut self, device: &Device, content: Content, read_back: bool) {
-        let (device, count) = (device.wgpu(), content.targets());
-        while self.colors.len() < count {
+    pub(super) fn make(&mut self, device: &Device, drawing: Drawing, read_back: bool) {
+        let (device, range) = (device.wgpu(), drawing.targets());
+        while self.colors.len() < range.end {
             let texture = texture(
                 device,
                 [self.width, self.height],
@@ -137,7 +182,7 @@ impl Targets {
         if !read_back {
             return;
         }
-        for target in &mut self.colors[..count] {
+        for target in &mut self.colors[range] {
             if target.read_back.is_none() {
                 target.read_back = Some(device.create_buffer(&wgpu::BufferDescriptor {
                     label: Some("read back"),
@@ -159,9 +204,14 @@ impl Targets {
         &self.depth
     }
 
+    /// Returns the depth buffer, if it can be read.
+    pub(super) fn kept_depth(&self) -> Option<&wgpu::Texture> {
+        self.kept_depth.as_ref()
+    }
+
     /// Records the copy of the targets of `content` to their read-back buffers.
     pub fn record_read_back(&self, encoder: &mut wgpu::CommandEncoder, content: Content) {
-        for target in &self.colors[..content.targets()] {
+        for target in &self.colors[content.targets()] {
             let Some(buffer) = &target.read_back else {
                 continue;
             };

@@ -233,3 +233,136 @@ fn mistakes_name_line_and_key() {
     }
     assert!(parse_scene("").unwrap_err().contains("[[object]]"));
 }
+
+const PHYSICAL: &str = "[[light]]\nname = 'sun'\ndirection = [1, 2, 1]\nintensity = 2.5\n[[light]]\ntype = 'spot'\nposition = [0, 3, 0]\nouter_angle = 30\nrange = 9\n[environment]\ncolor = '#808080'\nocclusion = 0.5\n[[material]]\nname = 'gold'\nmetallic = 1\nbase_color = '#ffd070'\nnormal_image = 'n.png'\nturn_pictures = true\n[[object]]\nname = 'a'\nmesh = 'a.obj'\nshape = 'b.png'\nmaterial = { cap = 'gold', wall = '#102030' }\n";
+
+#[test]
+fn lights_environment_and_materials_are_read_as_they_are_written() {
+    let path = Path::new("folder/a.toml");
+    let scene = Scene::parse(PHYSICAL, path).unwrap();
+    assert!(scene.is_physical());
+    assert_eq!((scene.lights.len(), scene.materials.len()), (2, 1));
+    assert_eq!(scene.lights[1].range, Some(9.0));
+    let finish = &scene.objects[0].finish;
+    assert_eq!(finish.names().collect::<Vec<_>>(), [("cap", "gold")]);
+    let normal = scene.materials[0].normal_image.as_deref();
+    assert_eq!(normal, Some(Path::new("folder/n.png")));
+    let again = Scene::parse(&scene.to_toml(Path::new("folder")), path).unwrap();
+    assert_eq!(again.lights, scene.lights);
+    assert_eq!(again.environment, scene.environment);
+    assert_eq!(again.materials, scene.materials);
+    assert_eq!(again.objects, scene.objects);
+    // A light or an environment without keys is one, too.
+    let bare = Scene::parse(
+        "environment = {}\n[[light]]\n[[object]]\nmesh = 'a'\nshape = 'b'\n",
+        path,
+    )
+    .unwrap();
+    let again = Scene::parse(&bare.to_toml(Path::new("folder")), path).unwrap();
+    assert_eq!(again.lights.len(), 1);
+    assert!(again.environment.is_some());
+}
+
+#[test]
+fn mistakes_in_lights_and_materials_are_told_with_line_and_key() {
+    let error = |from: &str, to: &str| {
+        let text = PHYSICAL.replacen(from, to, 1);
+        assert_ne!(text, PHYSICAL);
+        let error = Scene::parse(&text, Path::new("a.toml")).unwrap_err();
+        error.to_string()
+    };
+    for (from, to, expected) in [
+        (
+            "type = 'spot'",
+            "type = 'lamp'",
+            "a.toml, line 6, column 8: light 2: type is \"lamp\"; expected \"directional\", \"point\" or \"spot\"",
+        ),
+        ("[1, 2, 1]", "[0, 0, 0]", "light 1: direction has no length"),
+        (
+            "outer_angle = 30",
+            "inner_angle = 60",
+            "light 2: inner_angle is not less than outer_angle",
+        ),
+        (
+            "position = [0, 3, 0]",
+            "shadow_size = 100",
+            "light 2: target is the light's position",
+        ),
+        (
+            "intensity = 2.5",
+            "shadow_size = 100",
+            "line 4, column 15: light 1: shadow_size is not a multiple of 64",
+        ),
+        (
+            "cap = 'gold'",
+            "cap = 'silver'",
+            "object 1: material.cap is \"silver\", which is neither a colour nor a material; the materials are gold",
+        ),
+        (
+            "cap = 'gold'",
+            "cap = '#12'",
+            "object 1: material.cap is \"#12\"; expected a colour",
+        ),
+        (
+            "name = 'gold'",
+            "name = '#gold'",
+            "material 1: name is empty or begins with #",
+        ),
+        (
+            "name = 'gold'\n",
+            "",
+            "material 1: name is missing; add a line name = …",
+        ),
+        (
+            "metallic = 1",
+            "metallic = 2",
+            "material 1: metallic is 2; it goes from 0 to 1",
+        ),
+        (
+            "occlusion",
+            "oclusion",
+            "environment.oclusion is not a key; did you mean occlusion?",
+        ),
+        (
+            "[[object]]",
+            "[[material]]\nname = 'gold'\n[[object]]",
+            "material 2: name is that of another material",
+        ),
+    ] {
+        let found = error(from, to);
+        assert!(found.contains(expected), "{found}");
+    }
+}
+
+#[test]
+fn lights_and_materials_change_with_time() {
+    let track = |key: &str| {
+        let text =
+            format!("{PHYSICAL}[[animate]]\nkey = '{key}'\ntimes = [0, 2]\nvalues = [0, 1]\n");
+        Scene::parse(&text, Path::new("a.toml")).map_err(|error| error.to_string())
+    };
+    let scene = track("light.sun.intensity").unwrap();
+    assert_eq!(scene.at_time(1.0).unwrap().lights[0].intensity, 0.5);
+    assert!(!scene.is_still());
+    let scene = track("material.gold.metallic").unwrap();
+    assert_eq!(scene.at_time(1.0).unwrap().materials[0].metallic, 0.5);
+    let scene = track("environment.occlusion").unwrap();
+    assert_eq!(
+        scene.at_time(1.0).unwrap().environment.unwrap().occlusion,
+        0.5
+    );
+    assert!(track("camera.orbit").unwrap().is_still());
+    for (key, expected) in [
+        (
+            "light.moon.intensity",
+            "names the light \"moon\"; the lights are sun, ",
+        ),
+        (
+            "light.intensity",
+            "is light.intensity; name the light: light.NAME.intensity",
+        ),
+    ] {
+        let error = track(key).unwrap_err();
+        assert!(error.contains(expected), "{error}");
+    }
+}

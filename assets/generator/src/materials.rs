@@ -1,0 +1,142 @@
+//! Pictures of materials and of an environment. Pictures of materials repeat in both directions
+//! without a seam.
+
+use anyhow::{Context, Result};
+use glam::DVec3;
+use image::codecs::hdr::HdrEncoder;
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder, Rgb, RgbImage};
+
+/// Side of the pictures of materials, pixels.
+const SIDE: u32 = 256;
+
+/// A picture with its name.
+pub struct Picture {
+    /// Path of the file.
+    pub path: &'static str,
+    /// Content of the file.
+    pub bytes: Vec<u8>,
+}
+
+/// Returns all pictures.
+///
+/// # Errors
+///
+/// If one cannot be encoded.
+pub fn all() -> Result<Vec<Picture>> {
+    Ok(vec![
+        png("materials/stone.png", &colors())?,
+        png("materials/stone_normal.png", &normals())?,
+        Picture {
+            path: "environments/studio.hdr",
+            bytes: studio()?,
+        },
+    ])
+}
+
+fn png(path: &'static str, image: &RgbImage) -> Result<Picture> {
+    let mut bytes = Vec::new();
+    PngEncoder::new_with_quality(&mut bytes, CompressionType::Best, FilterType::Adaptive)
+        .write_image(
+            image,
+            image.width(),
+            image.height(),
+            ExtendedColorType::Rgb8,
+        )
+        .with_context(|| format!("cannot encode {path}"))?;
+    Ok(Picture { path, bytes })
+}
+
+/// Returns a random number of 0…1 for a point of a lattice that repeats.
+fn random(x: u32, y: u32, period: u32, seed: u32) -> f64 {
+    let mut hash = (x % period)
+        .wrapping_mul(0x9e37_79b9)
+        .wrapping_add((y % period).wrapping_mul(0x85eb_ca6b))
+        .wrapping_add(seed.wrapping_mul(0xc2b2_ae35));
+    for _ in 0..2 {
+        hash = (hash ^ (hash >> 16)).wrapping_mul(0x7feb_352d);
+        hash = (hash ^ (hash >> 15)).wrapping_mul(0x846c_a68b);
+    }
+    f64::from(hash ^ (hash >> 16)) / f64::from(u32::MAX)
+}
+
+/// Smooth noise with `period` lattice points along each side.
+fn noise(x: f64, y: f64, period: u32, seed: u32) -> f64 {
+    let (u, v) = (x * f64::from(period), y * f64::from(period));
+    let (i, j) = (u.floor(), v.floor());
+    let smooth = |t: f64| t * t * (3.0 - 2.0 * t);
+    let (s, t) = (smooth(u - i), smooth(v - j));
+    let at = |dx: u32, dy: u32| random(i as u32 + dx, j as u32 + dy, period, seed);
+    let row = |dy: u32| at(0, dy) * (1.0 - s) + at(1, dy) * s;
+    row(0) * (1.0 - t) + row(1) * t
+}
+
+/// Noise of several sizes, 0…1.
+fn roughness(x: f64, y: f64) -> f64 {
+    let octaves = [(4, 0.35), (9, 0.25), (21, 0.18), (47, 0.12), (101, 0.1)];
+    octaves
+        .into_iter()
+        .map(|(period, weight)| weight * noise(x, y, period, period))
+        .sum()
+}
+
+/// Grains that are darker or lighter than what is around them.
+fn colors() -> RgbImage {
+    RgbImage::from_fn(SIDE, SIDE, |x, y| {
+        let [u, v] = [x, y].map(|at| (f64::from(at) + 0.5) / f64::from(SIDE));
+        let base = 0.62 + 0.5 * (roughness(u, v) - 0.5);
+        let grain = 0.12 * (noise(u, v, 128, 5) - 0.5);
+        let warmth = 0.05 * (noise(u, v, 6, 9) - 0.5);
+        Rgb([base + grain + warmth, base + grain, base + grain - warmth]
+            .map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8))
+    })
+}
+
+/// Slopes of the same noise.
+fn normals() -> RgbImage {
+    let step = 1.0 / f64::from(SIDE);
+    RgbImage::from_fn(SIDE, SIDE, |x, y| {
+        let [u, v] = [x, y].map(|at| (f64::from(at) + 0.5) * step);
+        let height = |u: f64, v: f64| 0.03 * roughness(u.rem_euclid(1.0), v.rem_euclid(1.0));
+        let slope = |a: f64, b: f64| (b - a) / (2.0 * step);
+        let across = slope(height(u - step, v), height(u + step, v));
+        let down = slope(height(u, v - step), height(u, v + step));
+        // y points up.
+        let normal = DVec3::new(-across, down, 1.0).normalize();
+        Rgb(normal
+            .to_array()
+            .map(|part| ((0.5 * part + 0.5) * 255.0).round() as u8))
+    })
+}
+
+/// A dim room with three bright windows.
+fn studio() -> Result<Vec<u8>> {
+    let (width, height) = (128_u32, 64_u32);
+    // Centre (longitude and latitude, degrees), half width and height, light.
+    let windows = [
+        ([-50.0, 45.0], [24.0, 16.0], [9.0, 8.6, 8.0]),
+        ([70.0, 25.0], [14.0, 26.0], [4.0, 4.4, 5.2]),
+        ([180.0, 60.0], [40.0, 12.0], [3.0, 3.0, 3.0]),
+    ];
+    let pixels: Vec<Rgb<f32>> = (0..width * height)
+        .map(|index| {
+            let longitude = (f64::from(index % width) + 0.5) / f64::from(width) * 360.0 - 180.0;
+            let latitude = 90.0 - (f64::from(index / width) + 0.5) / f64::from(height) * 180.0;
+            // Darker towards the ground.
+            let room = 0.12 + 0.18 * (latitude + 90.0) / 180.0;
+            let mut light = [room, room, 1.05 * room];
+            for ([centre, middle], [across, up], window) in windows {
+                let beside = (longitude - centre + 180.0_f64).rem_euclid(360.0) - 180.0;
+                if beside.abs() < across && (latitude - middle).abs() < up {
+                    light = window;
+                }
+            }
+            Rgb(light.map(|channel| channel as f32))
+        })
+        .collect();
+    let mut bytes = Vec::new();
+    HdrEncoder::new(&mut bytes)
+        .encode(&pixels, width as usize, height as usize)
+        .context("cannot encode the environment")?;
+    Ok(bytes)
+}

@@ -1,0 +1,182 @@
+//! The materials of objects, and how patterns lie on their facets.
+
+use super::super::prepared::PreparedObject;
+use super::cells::cells;
+use super::pictures::{Encoding, Pictures};
+use crate::Error;
+use crate::limits::Account;
+use crate::mesh::MeshTriangle;
+use crate::scene::{self, Color, Coordinates, PhysicalMaterial, Scene, SceneObject};
+use rayon::prelude::*;
+use relievo_shared::gbuffer::MOST_FINISHES;
+use relievo_shared::shading::layout::FINISHES;
+use relievo_shared::shading::{FacetScale, Finish, Image, Material};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// Returns the finishes and the scales of all facets of `objects`, and numbers the materials in
+/// their parameters.
+pub(super) fn finishes(
+    scene: &Scene,
+    objects: &mut [PreparedObject],
+    pictures: &mut Pictures<'_>,
+    words: &mut Vec<u32>,
+    account: &mut Account<'_>,
+) -> Result<(Vec<Finish>, Vec<FacetScale>), Error> {
+    let mut finishes: Vec<Finish> = Vec::new();
+    let mut facets = Vec::new();
+    for index in 0..objects.len() {
+        let (before, rest) = objects.split_at_mut(index);
+        let prepared = &mut rest[0];
+        // Copies share facets and materials.
+        let same = |other: &&PreparedObject| {
+            Arc::ptr_eq(&other.triangles, &prepared.triangles) && other.number == prepared.number
+        };
+        if let Some(first) = before.iter().rev().find(same) {
+            prepared.parameters.finish = first.parameters.finish;
+            continue;
+        }
+        let object = &scene.objects[prepared.number];
+        let number = finishes.len() as u32 / FINISHES;
+        if number >= MOST_FINISHES {
+            return Err(Error::Object {
+                scene: scene.path.clone(),
+                name: object.name.clone(),
+                problem: format!(
+                    "is different object {} of a scene with materials or lights, which has at most {MOST_FINISHES}; use instances",
+                    number + 1
+                ),
+            });
+        }
+        prepared.parameters.finish = number;
+        let triangles = &prepared.mesh.triangles;
+        account.take(
+            &object.name,
+            triangles.len() as u64,
+            size_of::<FacetScale>() as u64,
+        )?;
+        let first_facet = facets.len() as u32;
+        facets.par_extend(
+            triangles
+                .par_iter()
+                .map(|triangle| scale(triangle, object.repeat)),
+        );
+        let cells = cells_of(scene, object, prepared, words, account)?;
+        // In the order of the classes.
+        for (name, color) in [
+            (&object.finish.cap, object.material.cap),
+            (&object.finish.wall, object.material.wall),
+            (&object.finish.bevel, object.material.bevel),
+            (&object.finish.floor, object.material.floor),
+        ] {
+            let mut materials = scene.materials.iter();
+            let named =
+                materials.find(|material| name.as_ref().is_some_and(|name| *name == material.name));
+            let material = match named {
+                Some(material) => named_material(material, pictures, words, account)?,
+                None => plain_material(color, &object.material),
+            };
+            finishes.push(Finish {
+                material,
+                first_facet,
+                depth: prepared.parameters.depth,
+                inverse_repeat: object.repeat.map(|repeat| (1.0 / repeat) as f32),
+                period: object.repeat.map(|repeat| match repeat.fract() == 0.0 {
+                    true => repeat as f32,
+                    false => 0.0,
+                }),
+                cells,
+                seed: prepared.number as u32,
+            });
+        }
+    }
+    Ok((finishes, facets))
+}
+
+/// Returns the cells of an object's pattern, if one of its materials varies from cell to cell.
+fn cells_of(
+    scene: &Scene,
+    object: &SceneObject,
+    prepared: &PreparedObject,
+    words: &mut Vec<u32>,
+    account: &mut Account<'_>,
+) -> Result<Image, Error> {
+    let varies = |(_, name): (_, &str)| {
+        let mut materials = scene.materials.iter();
+        materials.any(|material| material.name == name && material.varies())
+    };
+    if !object.finish.names().any(varies) {
+        return Ok(Image::default());
+    }
+    let [width, height] = [prepared.map.width(), prepared.map.height()];
+    account.take(&object.shape, u64::from(width) * u64::from(height), 32)?;
+    let first = words.len() as u32;
+    words.extend(cells(&prepared.map));
+    Ok(Image {
+        first,
+        width,
+        height,
+        levels: 1,
+    })
+}
+
+/// Returns how the pattern lies on a triangle.
+fn scale(triangle: &MeshTriangle, repeat: [f64; 2]) -> FacetScale {
+    let uv = triangle
+        .corners
+        .map(|corner| [corner.uv.x * repeat[0], -corner.uv.y * repeat[1]]);
+    let mean = |axis: usize| {
+        let lengths = triangle.corners.iter().map(|corner| match axis {
+            0 => corner.gradient_u.length(),
+            _ => corner.gradient_v.length(),
+        });
+        (lengths.sum::<f64>() / 3.0 * repeat[axis]) as f32
+    };
+    FacetScale {
+        whole: [0, 1].map(|i| uv[0][i].min(uv[1][i]).min(uv[2][i]).floor() as f32),
+        density: [mean(0), mean(1)],
+    }
+}
+
+/// Returns the material of a colour: a dielectric with a highlight like that of Blinn and Phong.
+fn plain_material(color: Color, gloss: &scene::Material) -> Material {
+    // The exponent of microfacets of this α.
+    let alpha = (2.0 / (f64::from(gloss.shininess) + 2.0)).sqrt();
+    Material {
+        base_color: color.linear(),
+        roughness: alpha.sqrt() as f32,
+        tiles: [1.0; 2],
+        ..Material::default()
+    }
+}
+
+fn named_material(
+    material: &PhysicalMaterial,
+    pictures: &mut Pictures<'_>,
+    words: &mut Vec<u32>,
+    account: &mut Account<'_>,
+) -> Result<Material, Error> {
+    let mut picture = |path: &Option<PathBuf>, encoding| match path {
+        Some(path) => pictures.load(path, encoding, words, account),
+        None => Ok(Image::default()),
+    };
+    Ok(Material {
+        base_color: material.base_color.linear(),
+        metallic: material.metallic as f32,
+        emission: material
+            .emission
+            .linear()
+            .map(|light| light * material.emission_strength as f32),
+        roughness: material.roughness as f32,
+        normal_scale: material.normal_scale as f32,
+        tiles: material.tiles.map(|tiles| tiles as f32),
+        shade_variation: material.shade_variation as f32,
+        shifts: u32::from(material.shifts),
+        turns: u32::from(material.turns),
+        follows_mesh: u32::from(material.coordinates == Coordinates::Mesh),
+        base_color_image: picture(&material.base_color_image, Encoding::Color)?,
+        metallic_roughness_image: picture(&material.metallic_roughness_image, Encoding::Linear)?,
+        normal_image: picture(&material.normal_image, Encoding::Linear)?,
+        emission_image: picture(&material.emission_image, Encoding::Color)?,
+    })
+}

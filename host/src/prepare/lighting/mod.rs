@@ -1,0 +1,102 @@
+//! What shading reads: materials with their pictures, lights with the frames of their shadow
+//! maps, and the environment, in the layouts of the shared code.
+//!
+//! ```text
+//! pictures      image files → words, with their smaller levels
+//! environment   picture of all directions → irradiance, levels of growing roughness
+//! reflectance   what microfacets reflect of even light
+//! lights        lights → their layouts, and frames of shadow maps
+//! finishes      materials of objects
+//! cells         pattern → its connected pieces
+//! ```
+
+mod cells;
+mod environment;
+mod finishes;
+mod lights;
+mod pictures;
+mod reflectance;
+
+pub use environment::baked_environment;
+pub use reflectance::reflectance;
+
+use super::lit::PreparedLighting;
+use super::prepared::PreparedObject;
+use crate::Error;
+use crate::limits::Account;
+use crate::mesh::Bounds;
+use crate::scene::{Environment, LightKind, LightSource, Scene};
+use glam::DVec3;
+use pictures::Pictures;
+use relievo_shared::shading::Lighting;
+
+/// Prepares the lighting of `scene`, and numbers the materials of `objects`.
+pub(super) fn prepare_lighting(
+    scene: &Scene,
+    objects: &mut [PreparedObject],
+    bounds: &Bounds,
+    account: &mut Account<'_>,
+) -> Result<PreparedLighting, Error> {
+    let mut words = reflectance();
+    let mut pictures = Pictures::new(scene);
+    let (finishes, facets) =
+        finishes::finishes(scene, objects, &mut pictures, &mut words, account)?;
+    let environment = environment_of(scene);
+    let baked = environment::bake(scene, &environment, &mut words, account)?;
+    let sources = lights_of(scene);
+    let lights = lights::lights(&sources, bounds, words.len(), account)?;
+    Ok(PreparedLighting {
+        lighting: Lighting {
+            background: scene.background.linear(),
+            shows_environment: u32::from(environment.is_visible),
+            lights: lights.lights.len() as u32,
+            reflectance: 0,
+            occlusion: environment.occlusion as f32,
+            ..baked
+        },
+        finishes,
+        facets,
+        words,
+        ..lights
+    })
+}
+
+/// Returns the lights of `scene`: its own, or that of the table `[light]`.
+fn lights_of(scene: &Scene) -> Vec<LightSource> {
+    if !scene.lights.is_empty() {
+        return scene.lights.clone();
+    }
+    vec![LightSource {
+        kind: LightKind::Directional,
+        color: scene.light.color,
+        intensity: scene.light.intensity,
+        direction: scene.light.direction,
+        ..LightSource::default()
+    }]
+}
+
+/// Returns the environment of `scene`; without one it is even light, of the ambient colour where
+/// there are no lights of its own.
+fn environment_of(scene: &Scene) -> Environment {
+    match &scene.environment {
+        Some(environment) => environment.clone(),
+        None if scene.lights.is_empty() => Environment {
+            color: scene.light.ambient,
+            ..Environment::default()
+        },
+        None => Environment {
+            intensity: 0.0,
+            ..Environment::default()
+        },
+    }
+}
+
+/// Returns whether objects outside the picture of `scene` may be seen, by their shadows.
+pub(super) fn has_shadows(scene: &Scene) -> bool {
+    scene.is_physical() && lights_of(scene).iter().any(|light| light.casts_shadows)
+}
+
+/// Returns the point that positions are relative to.
+fn origin(bounds: &Bounds) -> DVec3 {
+    bounds.centre()
+}

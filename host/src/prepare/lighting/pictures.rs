@@ -1,0 +1,109 @@
+//! Pictures of materials, as words.
+
+use crate::Error;
+use crate::limits::Account;
+use crate::scene::Scene;
+use crate::shape_map::load_picture;
+use image::imageops::{self, FilterType};
+use image::{DynamicImage, Rgba32FImage};
+use relievo_shared::shading::Image;
+use relievo_shared::shading::image::halved;
+use std::path::{Path, PathBuf};
+
+/// Bytes per texel: two words, the smaller levels, and while it is read.
+const TEXEL: u64 = 40;
+
+/// How the numbers of a picture are meant.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Encoding {
+    /// Colours, sRGB.
+    Color,
+    /// Numbers, or vectors.
+    Linear,
+}
+
+/// The pictures of a scene; each is read once.
+pub(super) struct Pictures<'a> {
+    scene: &'a Scene,
+    known: Vec<(PathBuf, Encoding, Image)>,
+}
+
+impl<'a> Pictures<'a> {
+    /// Returns no pictures.
+    pub(super) fn new(scene: &'a Scene) -> Pictures<'a> {
+        Pictures {
+            scene,
+            known: Vec::new(),
+        }
+    }
+
+    /// Returns the picture of a file, whose words are appended to `words` when it is first asked
+    /// for.
+    pub(super) fn load(
+        &mut self,
+        path: &Path,
+        encoding: Encoding,
+        words: &mut Vec<u32>,
+        account: &mut Account<'_>,
+    ) -> Result<Image, Error> {
+        let mut known = self.known.iter();
+        if let Some((_, _, image)) =
+            known.find(|(other, meant, _)| other == path && *meant == encoding)
+        {
+            return Ok(*image);
+        }
+        let max_pixels = self.scene.limits.pixels.min(account.left(TEXEL));
+        let picture = load_picture(&self.scene.files, path, max_pixels)?;
+        let pixels = u64::from(picture.width()) * u64::from(picture.height());
+        account.take(path.display(), pixels, TEXEL)?;
+        let image = append(words, linear(picture, encoding));
+        self.known.push((path.to_path_buf(), encoding, image));
+        Ok(image)
+    }
+}
+
+/// Returns the linear numbers of `picture`.
+pub(super) fn linear(picture: DynamicImage, encoding: Encoding) -> Rgba32FImage {
+    let has_light = matches!(
+        picture,
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+    );
+    let mut pixels = picture.into_rgba32f();
+    // Pictures of floats are linear already.
+    if encoding == Encoding::Color && !has_light {
+        for pixel in pixels.pixels_mut() {
+            for channel in &mut pixel.0[..3] {
+                *channel = match *channel {
+                    s if s <= 0.04045 => s / 12.92,
+                    s => ((s + 0.055) / 1.055).powf(2.4),
+                };
+            }
+        }
+    }
+    pixels
+}
+
+/// Appends the levels of `picture` to `words`.
+fn append(words: &mut Vec<u32>, mut picture: Rgba32FImage) -> Image {
+    let mut image = Image {
+        first: words.len() as u32,
+        width: picture.width(),
+        height: picture.height(),
+        levels: 0,
+    };
+    loop {
+        for pixel in picture.pixels() {
+            let [r, g, b, a] = pixel
+                .0
+                .map(|x| (x.clamp(0.0, 1.0) * 65_535.0).round() as u32);
+            words.extend([r | g << 16, b | a << 16]);
+        }
+        image.levels += 1;
+        let (width, height) = picture.dimensions();
+        if width == 1 && height == 1 {
+            return image;
+        }
+        let (width, height) = (halved(width), halved(height));
+        picture = imageops::resize(&picture, width, height, FilterType::Triangle);
+    }
+}

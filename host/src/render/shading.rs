@@ -1,0 +1,79 @@
+//! Shading on the CPU: what [`relievo_shared::shading`] reads, in slices.
+
+use super::error::{RenderError, allocate};
+use super::words::ColorWords;
+use crate::prepare::PreparedLighting;
+use glam::UVec4;
+use rayon::prelude::*;
+use relievo_shared::layout::Frame;
+use relievo_shared::shading::{self, FacetScale, Finish, Light, ShadowMap, Tables};
+use relievo_shared::shape_map::Texels;
+
+/// What shading reads.
+struct Slices<'a> {
+    lighting: &'a PreparedLighting,
+    /// The words of all shadow maps.
+    shadows: &'a [u32],
+}
+
+/// Returns the colours of a picture from what its pixels hit.
+pub(super) fn shade(
+    frame: &Frame,
+    lighting: &PreparedLighting,
+    shadows: &[u32],
+    hits: &[[UVec4; 2]],
+) -> Result<ColorWords, RenderError> {
+    let [width, height] = frame.size.map(|side| side as u32);
+    let tables = Slices { lighting, shadows };
+    let mut words = allocate("the picture", hits.len(), [0; 4])?;
+    let rows = words.par_chunks_mut(width as usize);
+    let rows = rows.zip(hits.par_chunks(width as usize)).enumerate();
+    rows.for_each(|(y, (row, hits))| {
+        for ((x, pixel), [place, surface]) in (0..).zip(row).zip(hits) {
+            let at = (x, y as u32);
+            let common = &lighting.lighting;
+            *pixel = shading::words(&tables, frame, common, at, *place, *surface).to_array();
+        }
+    });
+    Ok(ColorWords {
+        width,
+        height,
+        words,
+    })
+}
+
+impl Texels for Slices<'_> {
+    #[inline]
+    fn word(&self, index: u32) -> u32 {
+        let words = &self.lighting.words;
+        match (index as usize).checked_sub(words.len()) {
+            None => words[index as usize],
+            Some(index) => self.shadows[index],
+        }
+    }
+}
+
+impl Tables for Slices<'_> {
+    #[inline]
+    fn finish(&self, index: u32) -> &Finish {
+        &self.lighting.finishes[index as usize]
+    }
+
+    #[inline]
+    fn facet(&self, index: u32) -> &FacetScale {
+        &self.lighting.facets[index as usize]
+    }
+
+    #[inline]
+    fn light(&self, index: u32) -> &Light {
+        &self.lighting.lights[index as usize]
+    }
+
+    #[inline]
+    fn shadow_map(&self, index: u32) -> &ShadowMap {
+        &self.lighting.shadow_maps[index as usize]
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,236 @@
+//! Pictures of scenes that are lit physically, against what is known of them.
+
+use crate::mesh::{MeshData, Projection};
+use crate::prepare::{PreparedScene, prepare};
+use crate::render::{CpuRenderer, Hits, Renderer};
+use crate::scene::{
+    Camera, Color, Environment, Finish, LightKind, LightSource, PhysicalMaterial, Scene,
+    SceneObject, Shape, Tier,
+};
+use crate::shape_map::Pattern;
+use crate::{Files, Limits};
+use glam::DVec3;
+use std::path::Path;
+
+/// A pattern that covers everything: caps alone.
+fn covered() -> Pattern {
+    Pattern::from_pixels(2, 2, [true; 4]).unwrap()
+}
+
+/// A rectangle of the plane y = `height`, seen from above, with the texture coordinates x and z.
+fn plate(size: f64, height: f64) -> MeshData {
+    let half = 0.5 * size;
+    let corners = [[-half, half], [half, half], [half, -half], [-half, -half]];
+    MeshData::new(
+        "plate",
+        corners.map(|[x, z]| [x, height, z]),
+        [[0, 1, 2], [0, 2, 3]],
+    )
+    .with_uvs([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+}
+
+fn material(name: &str, base: f64, metallic: f64, roughness: f64) -> PhysicalMaterial {
+    PhysicalMaterial {
+        name: name.to_string(),
+        base_color: Color([base; 3]),
+        metallic,
+        roughness,
+        ..PhysicalMaterial::default()
+    }
+}
+
+fn all(name: &str) -> Finish {
+    let name = Some(name.to_string());
+    Finish {
+        cap: name.clone(),
+        wall: name.clone(),
+        bevel: name.clone(),
+        floor: name,
+    }
+}
+
+fn colors(scene: &Scene) -> (PreparedScene, crate::render::ColorWords) {
+    let prepared = prepare(scene, &|_| ()).unwrap();
+    let words = CpuRenderer::new(&prepared).color(&prepared.frame).unwrap();
+    (prepared, words)
+}
+
+/// White surfaces in even light cannot be told from it.
+#[test]
+fn a_furnace_hides_what_is_white() {
+    let sphere = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/meshes/sphere.obj");
+    for tier in [Tier::Fast, Tier::Accurate] {
+        for (metallic, roughness) in [(1.0, 0.0), (1.0, 0.4), (1.0, 1.0), (0.0, 0.1), (0.0, 1.0)] {
+            let object = SceneObject::new(
+                crate::mesh::MeshSource::File(sphere.clone()),
+                Shape::text("A8"),
+            )
+            .tier(tier)
+            .repeat(8.0, 4.0)
+            .depth(0.05)
+            .finish(all("white"));
+            let scene = Scene::default()
+                .size(60, 60)
+                .environment(Environment {
+                    occlusion: 0.0,
+                    ..Environment::default()
+                })
+                .with_light(LightSource {
+                    intensity: 0.0,
+                    ..LightSource::default()
+                })
+                .with_material(material("white", 1.0, metallic, roughness))
+                .object(object);
+            let (_, words) = colors(&scene);
+            let mut hits = 0;
+            for pixel in &words.words {
+                if pixel[3] != 0 {
+                    hits += 1;
+                    for channel in &pixel[..3] {
+                        let light = f32::from_bits(*channel);
+                        assert!(
+                            (light - 1.0).abs() < 0.01,
+                            "{metallic} {roughness}: {light}"
+                        );
+                    }
+                }
+            }
+            assert!(hits > 500, "{hits}");
+        }
+    }
+}
+
+/// A plate above the ground, in light from a side: what it shades is known.
+fn shaded(light: LightSource, towards: impl Fn(DVec3) -> DVec3) {
+    let plain = |mesh| {
+        SceneObject::new(mesh, covered())
+            .depth(0.01)
+            .finish(all("white"))
+    };
+    let scene = Scene::default()
+        .size(160, 120)
+        .camera(Camera::new([3.0, 6.0, 5.0], [0.0, 0.0, 0.0]))
+        .with_light(light)
+        .with_material(material("white", 1.0, 0.0, 1.0))
+        .object(plain(plate(6.0, 0.0)))
+        .object(plain(plate(1.0, 1.0)));
+    let (prepared, words) = colors(&scene);
+    let geometry = CpuRenderer::new(&prepared)
+        .geometry(&prepared.frame)
+        .unwrap();
+    let hits = Hits::new(&prepared, &prepared.frame, &geometry);
+    let mut counts = [0; 2];
+    for hit in hits.pixels().flatten() {
+        if hit.object() != Some(0) {
+            continue;
+        }
+        let [x, y] = hit.pixel();
+        let lit = words.rgb(x, y)[1];
+        // Where the way to the light meets the plane of the upper plate.
+        let position = hit.position();
+        let to_light = towards(position);
+        let above = position + to_light * ((1.0 - position.y) / to_light.y);
+        let beyond = above.x.abs().max(above.z.abs()) - 0.5;
+        if beyond.abs() < 0.02 {
+            continue;
+        }
+        counts[usize::from(beyond < 0.0)] += 1;
+        assert_eq!(lit > 0.0, beyond > 0.0, "{position} {lit} {beyond}");
+    }
+    assert!(counts.iter().all(|count| *count > 100), "{counts:?}");
+}
+
+#[test]
+fn shadows_of_a_directional_light_are_where_the_light_does_not_reach() {
+    let direction = DVec3::new(0.5, 1.0, 0.3);
+    let light = LightSource {
+        direction: direction.to_array(),
+        ..LightSource::default()
+    };
+    shaded(light, |_| direction);
+}
+
+#[test]
+fn shadows_of_lights_at_a_place_are_where_the_light_does_not_reach() {
+    let position = DVec3::new(0.4, 3.0, 0.5);
+    for kind in [LightKind::Point, LightKind::Spot] {
+        let light = LightSource {
+            kind,
+            position: position.to_array(),
+            outer_angle: 70.0,
+            ..LightSource::default()
+        };
+        shaded(light, |at| position - at);
+    }
+}
+
+/// A picture on a plane, against the same picture filtered in f64.
+#[test]
+fn a_picture_lies_on_a_plane_as_an_independent_lookup_has_it() {
+    let (width, height) = (8, 4);
+    let value = |x: u32, y: u32| ((x * 37 + y * 91) % 256) as u8;
+    let picture = image::RgbImage::from_fn(width, height, |x, y| {
+        image::Rgb([value(x, y), value(y, x), value(x + y, 7)])
+    });
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    picture
+        .write_to(&mut bytes, image::ImageFormat::Png)
+        .unwrap();
+    let files = Files::memory([
+        ("picture.png".into(), bytes.into_inner().into()),
+        // Replaced below.
+        ("a.obj".into(), b"".as_slice().into()),
+        ("b.png".into(), b"".as_slice().into()),
+    ]);
+    for (repeat, mesh_tiles) in [(1.0, false), (3.0, true)] {
+        let text = format!(
+            "image.size = [120, 90]\n[camera]\neye = [0.3, 1.5, 0.4]\nfov = 50\n[[light]]\nintensity = 0\n[[material]]\nname = 'm'\nbase_color = '#000000'\nemission = '#ffffff'\nemission_image = 'picture.png'\ncoordinates = '{}'\n[[object]]\nmesh = 'a.obj'\nshape = 'b.png'\nrepeat = [{repeat}, {repeat}]\ndepth = 0.01\nmaterial = {{ cap = 'm' }}\n",
+            if mesh_tiles { "mesh" } else { "pattern" }
+        );
+        let mut scene =
+            Scene::parse_with(&text, Path::new(""), &Limits::default(), files.clone()).unwrap();
+        scene.objects[0].mesh = plate(2.0, 0.0).into();
+        scene.objects[0].shape = covered().into();
+        let (prepared, words) = colors(&scene);
+        let geometry = CpuRenderer::new(&prepared)
+            .geometry(&prepared.frame)
+            .unwrap();
+        let hits = Hits::new(&prepared, &prepared.frame, &geometry);
+        let mut compared = 0;
+        for hit in hits.pixels().flatten() {
+            let position = hit.position();
+            // v of the picture runs down, and v of the mesh up.
+            let (u, v) = (0.5 + 0.5 * position.x, 0.5 + 0.5 * position.z);
+            let at = [u * f64::from(width) - 0.5, v * f64::from(height) - 0.5];
+            let [x, y] = at.map(f64::floor);
+            let pixel = |dx: f64, dy: f64| {
+                let x = (x + dx).rem_euclid(f64::from(width)) as u32;
+                let y = (y + dy).rem_euclid(f64::from(height)) as u32;
+                let color = picture.get_pixel(x, y).0.map(|s| f64::from(s) / 255.0);
+                DVec3::from(Color(color).linear().map(f64::from))
+            };
+            let [across, down] = [at[0] - x, at[1] - y];
+            let row = |dy: f64| pixel(0.0, dy).lerp(pixel(1.0, dy), across);
+            let expected = row(0.0).lerp(row(1.0), down);
+            let [x, y] = hit.pixel();
+            let found = DVec3::from(words.rgb(x, y).map(f64::from));
+            assert!(
+                (found - expected).length() < 2e-3,
+                "{u} {v}: {found} {expected}"
+            );
+            compared += 1;
+        }
+        assert!(compared > 5000, "{compared}");
+    }
+}
+
+/// The same frame twice, and other frames: shadow maps are drawn once.
+#[test]
+fn scenes_without_materials_and_lights_are_not_lit_physically() {
+    let object = SceneObject::new(plate(2.0, 0.0), covered()).projection(Projection::PlanarY);
+    let scene = Scene::default().size(8, 8).object(object);
+    let prepared = prepare(&scene, &|_| ()).unwrap();
+    assert!(prepared.lighting.is_none());
+    let physical = scene.with_material(material("m", 0.5, 0.0, 0.5));
+    assert!(prepare(&physical, &|_| ()).unwrap().lighting.is_some());
+}

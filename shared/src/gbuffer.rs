@@ -1,0 +1,230 @@
+//! The G-buffer: what a pixel hits, as eight words, from which [`shading`](crate::shading)
+//! computes its colour when all objects are drawn.
+//!
+//! ```text
+//! place    t  u  v  δ (16 bits), world units per object unit (16 bits)
+//! surface  class, flags, finish, openness  normal  tangent  facet
+//! ```
+//!
+//! Normal and tangent are unit vectors in world axes, in octahedral form. The tangent is the
+//! direction of growing u on caps and floors, and runs along the outline on walls and bevels.
+
+use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
+use crate::contract::check3;
+use crate::layout::vec3;
+use crate::model::{Model, Place, Ray, Traced};
+use crate::normals::{CLASS_BEVEL, CLASS_WALL, HitSurface};
+use crate::openness::openness;
+use crate::shape_map::Texels;
+use crate::trace::{normals_on, word};
+use crate::{Real, Vec2, Vec3};
+use glam::UVec4;
+
+/// Steps of a coordinate in octahedral form.
+const STEPS: Real = 65_535.0;
+/// Bits of the class.
+const CLASS: u32 = 7;
+/// The bitangent runs against growing v, or against the depth.
+const MIRRORED: u32 = 1 << 3;
+/// The outline runs along v rather than along u.
+const ALONG_V: u32 = 1 << 4;
+/// Place and number of the bits of the finish.
+const FINISH: (u32, u32) = (5, 0xfff);
+/// Place and steps of the openness.
+const OPENNESS: (u32, Real) = (24, 255.0);
+/// One step of it.
+const OPENNESS_STEP: Real = 1.0 / 255.0;
+/// The upper bits of an f32.
+const UPPER: u32 = 0xffff_0000;
+
+/// Largest number of finishes in a scene.
+pub const MOST_FINISHES: u32 = FINISH.1 + 1;
+
+/// What a pixel hits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sample {
+    /// Surface class, one of the `CLASS_` constants; the rest is meaningless for a miss.
+    pub class: u32,
+    /// Distance from the eye, world units.
+    pub t: Real,
+    /// Texture coordinates, repeats of the pattern, without the whole ones of the facet.
+    pub uv: Vec2,
+    /// δ, 0…1.
+    pub depth_fraction: Real,
+    /// World units per object unit, rounded down to 8 bits.
+    pub unit: Real,
+    /// Unit normal of the carved surface, world axes.
+    pub normal: Vec3,
+    /// Unit tangent, world axes.
+    pub tangent: Vec3,
+    /// Whether normal × tangent points against growing v, or out of the depth.
+    pub is_mirrored: bool,
+    /// Whether the outline at a wall or a bevel runs along v rather than along u.
+    pub is_along_v: bool,
+    /// Index of the finish.
+    pub finish: u32,
+    /// Index of the facet among those of its object.
+    pub facet: u32,
+    /// Share of the light from all directions that arrives, 0…1.
+    pub openness: Real,
+}
+
+/// Returns the unit vector `n` in octahedral form: 16 bits for each of two coordinates.
+#[inline]
+pub fn octahedral(n: Vec3) -> u32 {
+    let n = kept3(n);
+    let scale = div(1.0, max(abs(n.x) + abs(n.y) + abs(n.z), 1e-6));
+    let at = octahedral_fold(n.x * scale, n.y * scale, n.z);
+    let code = |x: Real| (clamp(x * 0.5 + 0.5, 0.0, 1.0) * STEPS + 0.5) as u32;
+    code(at.x) | code(at.y) << 16
+}
+
+/// Returns the place in the square −1…1 of a point of the octahedron |x| + |y| + |z| = 1.
+#[inline]
+pub fn octahedral_fold(x: Real, y: Real, z: Real) -> Vec2 {
+    if z < 0.0 {
+        let sign = |x: Real| if x < 0.0 { -1.0 } else { 1.0 };
+        Vec2::new((1.0 - abs(y)) * sign(x), (1.0 - abs(x)) * sign(y))
+    } else {
+        Vec2::new(x, y)
+    }
+}
+
+/// Returns the unit vector of [`octahedral`] form.
+#[inline]
+pub fn from_octahedral(code: u32) -> Vec3 {
+    const STEP: Real = 2.0 / 65_535.0;
+    let x = (code & 0xffff) as i32 as Real * STEP - 1.0;
+    let y = (code >> 16) as i32 as Real * STEP - 1.0;
+    let z = 1.0 - abs(x) - abs(y);
+    let folded = octahedral_fold(x, y, z);
+    normalize_or(Vec3::new(folded.x, folded.y, z), Vec3::Z)
+}
+
+/// Returns the words of a hit: place and surface; `drawn` is the facet that was drawn.
+#[inline]
+pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
+    ray: &Ray<'_>,
+    over: &Over,
+    texels: &T,
+    entry: &M::Entry,
+    traced: &Traced<M::Place>,
+    drawn: u32,
+) -> (UVec4, UVec4) {
+    let Ray { frame, object, .. } = *ray;
+    let hit = &traced.hit;
+    let surface = M::surface(ray, over, entry, &traced.place);
+    let normals = normals_on(ray, texels, hit, &surface);
+    let (gradient_u, gradient_v) = surface.gradients();
+    let is_side = hit.class == CLASS_WALL || hit.class == CLASS_BEVEL;
+    let smooth = normals.smooth;
+    let along_u = kept3(gradient_u - smooth * smooth.dot(gradient_u));
+    let outline = kept3(smooth.cross(normals.carved));
+    // Where a side faces as the cap does, it has no outline.
+    let is_side = is_side && outline.dot(outline) > 1e-6;
+    let rate_u = kept(gradient_u.dot(outline));
+    let rate_v = kept(gradient_v.dot(outline));
+    let is_along_v = is_side && abs(rate_v) > abs(rate_u);
+    let tangent = if !is_side {
+        along_u
+    } else if (if is_along_v { rate_v } else { rate_u }) < 0.0 {
+        -outline
+    } else {
+        outline
+    };
+    let tangent = normalize_or(tangent, Vec3::X);
+    let bitangent = normals.carved.cross(tangent);
+    let towards = if is_side {
+        -bitangent.dot(smooth)
+    } else {
+        kept(bitangent.dot(kept3(gradient_v)))
+    };
+    check3(tangent);
+    let [x, y, z] = frame.axes;
+    let in_world = |v: Vec3| vec3(x) * v.x + vec3(y) * v.y + vec3(z) * v.z;
+    let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
+    let across = kept3(gradient_u);
+    let open = openness(
+        object,
+        texels,
+        hit.class,
+        hit.uv,
+        hit.depth_fraction,
+        sqrt(across.dot(across)),
+    );
+    let depth_fraction = (clamp(hit.depth_fraction, 0.0, 1.0) * STEPS + 0.5) as u32;
+    let uv = hit.uv + hit.repeat;
+    let place = UVec4::new(
+        word(hit.t * frame.unit),
+        word(uv.x),
+        word(uv.y),
+        depth_fraction | (word(frame.unit) & UPPER),
+    );
+    let surface = UVec4::new(
+        hit.class
+            | flag(towards < 0.0, MIRRORED)
+            | flag(is_along_v, ALONG_V)
+            | object.finish << FINISH.0
+            | ((clamp(open, 0.0, 1.0) * OPENNESS.1 + 0.5) as u32) << OPENNESS.0,
+        octahedral(in_world(normals.carved)),
+        octahedral(in_world(tangent)),
+        traced.place.facet(drawn),
+    );
+    (place, surface)
+}
+
+impl Sample {
+    /// Returns the hit of the words of [`words`]; zeros are a miss.
+    #[inline]
+    pub fn from_words(place: UVec4, surface: UVec4) -> Sample {
+        const DEPTH_STEP: Real = 1.0 / 65_535.0;
+        let bits = surface.x;
+        Sample {
+            class: bits & CLASS,
+            t: f32::from_bits(place.x),
+            uv: Vec2::new(f32::from_bits(place.y), f32::from_bits(place.z)),
+            depth_fraction: (place.w & !UPPER) as i32 as Real * DEPTH_STEP,
+            unit: f32::from_bits(place.w & UPPER),
+            normal: from_octahedral(surface.y),
+            tangent: from_octahedral(surface.z),
+            is_mirrored: bits & MIRRORED != 0,
+            is_along_v: bits & ALONG_V != 0,
+            finish: (bits >> FINISH.0) & FINISH.1,
+            facet: surface.w,
+            openness: (bits >> OPENNESS.0) as i32 as Real * OPENNESS_STEP,
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::disallowed_methods)] // Never compiled for a device.
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn octahedral_form_keeps_directions(x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0) {
+            prop_assume!(x * x + y * y + z * z > 1e-6);
+            let n = Vec3::new(x, y, z).normalize();
+            let found = from_octahedral(octahedral(n));
+            prop_assert!((found - n).length() < 7e-5, "{n} {found}");
+        }
+    }
+
+    #[test]
+    fn axes_are_kept() {
+        for axis in [Vec3::X, Vec3::Y, Vec3::Z] {
+            for n in [axis, -axis] {
+                assert!((from_octahedral(octahedral(n)) - n).length() < 5e-5, "{n}");
+            }
+        }
+        // No direction at all is one.
+        assert!((from_octahedral(octahedral(Vec3::ZERO)).length() - 1.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn a_miss_is_zeros() {
+        assert_eq!(Sample::from_words(UVec4::ZERO, UVec4::ZERO).class, 0);
+    }
+}

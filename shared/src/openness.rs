@@ -1,0 +1,84 @@
+//! How much of the sky a point of the carved surface sees, from the distance map: ambient
+//! occlusion.
+//!
+//! The outline near a point is taken for a long groove: one wall at the stored distance, and
+//! another one where the distance map says so a depth further on. What a plane facing up or a
+//! wall sees between them is the form factor of an infinite strip.
+
+use crate::arithmetic::{div, kept, max, normalize_or, sqrt};
+use crate::layout::Object;
+use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
+use crate::profile::Profile;
+use crate::shape_map::{ShapeMap, Texels};
+use crate::{Real, Vec2};
+
+/// Part of a step by which the distance grows where there is no wall ahead.
+const AHEAD: Real = 0.9;
+
+/// Returns the share of the hemisphere that a wall hides from a point on the ground, `distance`
+/// before it and `height` below its top.
+#[inline]
+fn hidden(distance: Real, height: Real) -> Real {
+    let distance = max(distance, 0.0);
+    let length = sqrt(distance * distance + height * height);
+    0.5 - 0.5 * div(distance, max(length, 1e-12))
+}
+
+/// Returns the share of the light from all directions that reaches a hit, 0…1; `density` is
+/// |∇u|, repeats per object unit.
+#[inline]
+pub fn openness<T: Texels + ?Sized>(
+    object: &Object,
+    texels: &T,
+    class: u32,
+    uv: Vec2,
+    depth_fraction: Real,
+    density: Real,
+) -> Real {
+    if class == CLASS_CAP {
+        return 1.0;
+    }
+    let map = ShapeMap::new(object);
+    let profile = Profile::new(object);
+    // Texels per object unit.
+    let scale = max(density * map.size.x, 1e-6);
+    let gradient = map.gradient(texels, uv);
+    let away = normalize_or(Vec2::new(kept(gradient.x), kept(gradient.y)), Vec2::X);
+    let height = max(depth_fraction * object.depth * scale, 1e-3);
+    let cap = profile.radius(0.0);
+    let distance = map.distance(texels, uv);
+    // The other wall, a depth further on.
+    let step = max(height, 2.0);
+    let offset = Vec2::new(
+        div(away.x * step, map.size.x),
+        div(away.y * step, map.size.y),
+    );
+    let ahead = map.distance(texels, uv + offset);
+    let is_walled = ahead < distance + AHEAD * step;
+    let beyond = step + ahead - cap;
+    if class == CLASS_FLOOR {
+        let far = if is_walled {
+            hidden(beyond, height)
+        } else {
+            0.0
+        };
+        1.0 - hidden(distance - cap, height) - far
+    } else {
+        // A wall sees the strip of sky between it and the other one.
+        let sky = if is_walled {
+            0.5 - 0.5
+                * div(
+                    height,
+                    sqrt(max(beyond, 0.0) * max(beyond, 0.0) + height * height),
+                )
+        } else {
+            0.5
+        };
+        // Bevels lean back.
+        if class == CLASS_BEVEL {
+            0.5 + 0.5 * sky
+        } else {
+            0.25 + 0.5 * sky
+        }
+    }
+}

@@ -1,0 +1,94 @@
+//! Filtered lookup of pictures. Texels are four linear numbers 0…1 of 16 bits each, in two
+//! words; lookups are bilinear within a level and linear between two levels.
+
+use super::layout::Image;
+use crate::arithmetic::{clamp, floor};
+use crate::shape_map::Texels;
+use crate::{Real, Vec2};
+use glam::Vec4;
+
+/// Returns the texel at word `index`.
+#[inline]
+fn texel<T: Texels + ?Sized>(words: &T, index: u32) -> Vec4 {
+    const STEP: Real = 1.0 / 65_535.0;
+    let (first, second) = (words.word(index), words.word(index + 1));
+    let part = |code: u32| (code & 0xffff) as i32 as Real;
+    Vec4::new(
+        part(first),
+        part(first >> 16),
+        part(second),
+        part(second >> 16),
+    ) * STEP
+}
+
+/// Returns the two texels beside `x` in a row of `size` that repeats, and how far `x` is
+/// from the first to the second; `x` is 0…1.
+#[inline]
+fn beside(x: Real, size: u32) -> (u32, u32, Real) {
+    let at = x * (size as i32 as Real) - 0.5;
+    let low = floor(at);
+    let index = low as i32;
+    let last = size as i32 - 1;
+    // Rounding may reach the size itself.
+    let first = if index < 0 {
+        last
+    } else if index > last {
+        0
+    } else {
+        index
+    };
+    let second = if first == last { 0 } else { first + 1 };
+    (first as u32, second as u32, at - low)
+}
+
+/// Returns the picture at `at` (0…1) in the level of `width` × `height` texels whose first word
+/// is `first`.
+#[inline]
+fn bilinear<T: Texels + ?Sized>(words: &T, first: u32, width: u32, height: u32, at: Vec2) -> Vec4 {
+    let (left, right, across) = beside(at.x, width);
+    let (upper, lower, down) = beside(at.y, height);
+    let texel = |x: u32, y: u32| texel(words, first + 2 * (y * width + x));
+    let row = |y: u32| texel(left, y) * (1.0 - across) + texel(right, y) * across;
+    row(upper) * (1.0 - down) + row(lower) * down
+}
+
+/// Returns half of `side`, at least 1.
+#[inline]
+pub fn halved(side: u32) -> u32 {
+    if side > 1 { side >> 1 } else { 1 }
+}
+
+/// Returns `image` at `at`, repeats from the upper left corner, in the level of detail
+/// `level`: 0 for the first, which is the largest.
+#[inline]
+pub fn sample<T: Texels + ?Sized>(words: &T, image: &Image, at: Vec2, level: Real) -> Vec4 {
+    let at = Vec2::new(at.x - floor(at.x), at.y - floor(at.y));
+    let last = image.levels as i32 - 1;
+    let level = clamp(level, 0.0, last as Real);
+    let whole = floor(level);
+    let mut rest = whole as i32;
+    let (mut first, mut width, mut height) = (image.first, image.width, image.height);
+    let mut found = Vec4::ZERO;
+    // The first level of the two, then the second.
+    let mut is_second = false;
+    let mut is_done = false;
+    while !is_done {
+        if rest == 0 {
+            let value = bilinear(words, first, width, height, at);
+            if is_second {
+                found += (value - found) * (level - whole);
+                is_done = true;
+            } else {
+                found = value;
+                is_done = level <= whole;
+                is_second = true;
+            }
+        } else {
+            rest -= 1;
+        }
+        first += 2 * (width * height);
+        width = halved(width);
+        height = halved(height);
+    }
+    found
+}

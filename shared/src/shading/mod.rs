@@ -1,0 +1,142 @@
+//! Colours of pixels whose hits are known: materials, lights, shadows and environment.
+//!
+//! Scenes that have none of these are lit by [`light`](crate::light), while they are drawn.
+
+pub mod brdf;
+pub mod cells;
+pub mod environment;
+pub mod image;
+pub mod layout;
+pub mod lights;
+pub mod material;
+pub mod shadow_map;
+
+pub use layout::{FacetScale, Finish, Image, Light, Lighting, Material, ShadowMap};
+
+use crate::arithmetic::{kept3, max, sqrt};
+use crate::camera::pixel_ray;
+use crate::contract::check3;
+use crate::gbuffer::Sample;
+use crate::layout::{Frame, vec3};
+use crate::normals::CLASS_MISS;
+use crate::shape_map::Texels;
+use crate::trace::word;
+use crate::{Real, Vec3};
+use brdf::Reflector;
+use glam::UVec4;
+
+/// What shading reads: storage buffers, or slices. The words are those of pictures, of the
+/// environment and of shadow maps.
+pub trait Tables: Texels {
+    /// Returns finish `index`.
+    fn finish(&self, index: u32) -> &Finish;
+    /// Returns the scale of facet `index` of all facets.
+    fn facet(&self, index: u32) -> &FacetScale;
+    /// Returns light `index`.
+    fn light(&self, index: u32) -> &Light;
+    /// Returns shadow map `index`.
+    fn shadow_map(&self, index: u32) -> &ShadowMap;
+}
+
+/// Returns the words of pixel (`x`, `y`): linear RGB as the bits of three f32, and the class.
+/// `place` and `surface` are its words in the G-buffer.
+#[inline]
+pub fn words<T: Tables + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    lighting: &Lighting,
+    pixel: (u32, u32),
+    place: UVec4,
+    surface: UVec4,
+) -> UVec4 {
+    let hit = Sample::from_words(place, surface);
+    let direction = pixel_ray(frame, pixel.0, pixel.1);
+    let rgb = if hit.class == CLASS_MISS {
+        behind(tables, lighting, direction)
+    } else {
+        shade(tables, frame, lighting, direction, &hit)
+    };
+    let rgb = kept3(rgb);
+    check3(rgb);
+    UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), hit.class)
+}
+
+/// Returns the linear RGB of a pixel without a hit.
+#[inline]
+fn behind<T: Tables + ?Sized>(tables: &T, lighting: &Lighting, direction: Vec3) -> Vec3 {
+    if lighting.shows_environment != 0 {
+        environment::radiance(tables, lighting, direction, 0.0)
+    } else {
+        vec3(lighting.background)
+    }
+}
+
+/// Returns the linear RGB of `hit`, seen along `direction`.
+#[inline]
+pub fn shade<T: Tables + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    lighting: &Lighting,
+    direction: Vec3,
+    hit: &Sample,
+) -> Vec3 {
+    let finish = tables.finish(material::finish_of(hit));
+    let facet = tables.facet(finish.first_facet + hit.facet);
+    let position = vec3(frame.eye) + direction * hit.t;
+    let to_eye = -direction;
+    let across = vec3(frame.ray_right);
+    let pixel = sqrt(across.dot(across));
+    let cosine = hit.normal.dot(to_eye);
+    let coordinates = material::coordinates(tables, hit, finish, facet, pixel, cosine);
+    let values = material::values(tables, hit, &finish.material, &coordinates);
+    let normal = values.normal;
+    let surface = Reflector::new(
+        values.base_color,
+        values.metallic,
+        values.roughness,
+        normal.dot(to_eye),
+    )
+    .with_reflectance(tables, lighting.reflectance);
+    let mut color = values.emission;
+    if lighting.environment_levels != 0 {
+        let mirrored = kept3(direction - normal * (2.0 * direction.dot(normal)));
+        let open = 1.0 - lighting.occlusion * (1.0 - hit.openness);
+        color += surface.surrounded(
+            environment::irradiance(lighting, normal) * surface.interreflected(open),
+            environment::radiance(tables, lighting, mirrored, surface.roughness) * open,
+        );
+    }
+    let mut index = 0;
+    while index < lighting.lights {
+        let light = tables.light(index);
+        let incoming = lights::incoming(light, position);
+        let cosine = normal.dot(incoming.direction);
+        // Nothing shines through the carved surface, whatever a picture says of its normal.
+        if cosine > 0.0 && hit.normal.dot(incoming.direction) > 0.0 {
+            let share = lights::arriving(tables, light, position, hit.normal);
+            if share > 0.0 {
+                color += lit(&surface, normal, to_eye, &incoming, cosine) * share;
+            }
+        }
+        index += 1;
+    }
+    color
+}
+
+/// Returns the light that a surface with unit `normal` sends to the eye.
+#[inline]
+pub fn lit(
+    surface: &Reflector,
+    normal: Vec3,
+    to_eye: Vec3,
+    incoming: &lights::Incoming,
+    cosine: Real,
+) -> Vec3 {
+    let (half_way, half_cosine) = lights::half_way(incoming.direction, to_eye, normal);
+    let cosine = max(cosine, 0.0);
+    surface.reflected(normal, half_way, half_cosine, cosine) * incoming.color * cosine
+}
+
+#[cfg(test)]
+#[allow(clippy::disallowed_methods)] // Never compiled for a device.
+mod tests;
