@@ -2,15 +2,15 @@
 //! occlusion.
 //!
 //! The outline near a point is taken for a long groove: one wall at the stored distance, and
-//! another one where the distance map says so a depth further on. What a plane facing up or a
+//! another one where the distance map says so further on. What a plane facing up or a
 //! wall sees between them is the form factor of an infinite strip.
 
 use crate::arithmetic::{div, kept, max, normalize_or, sqrt};
-use crate::layout::Object;
+use crate::layout::{Object, vec2};
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
 use crate::profile::Profile;
 use crate::shape_map::{ShapeMap, Texels};
-use crate::{Real, Vec2};
+use crate::{FAR, Real, Vec2};
 
 /// Part of a step by which the distance grows where there is no wall ahead.
 const AHEAD: Real = 0.9;
@@ -47,15 +47,21 @@ pub fn openness<T: Texels + ?Sized>(
     let height = max(depth_fraction * object.depth * scale, 1e-3);
     let cap = profile.radius(0.0);
     let distance = map.distance(texels, uv);
-    // The other wall, a depth further on.
-    let step = max(height, 2.0);
-    let offset = Vec2::new(
-        div(away.x * step, map.size.x),
-        div(away.y * step, map.size.y),
-    );
-    let ahead = map.distance(texels, uv + offset);
-    let is_walled = ahead < distance + AHEAD * step;
-    let beyond = step + ahead - cap;
+    // The other wall: about a depth further on, or three.
+    let quotients = &object.quotients;
+    let texel = vec2(quotients.gradient_offset) * (2.0 * quotients.gradient_scale);
+    let mut step = max(height, 2.0);
+    let mut beyond = FAR;
+    let mut probe = 0;
+    while probe < 2 {
+        let ahead = map.distance(texels, uv + away * texel * step);
+        if beyond == FAR && ahead < distance + AHEAD * step {
+            beyond = max(step + ahead - cap, 0.0);
+        }
+        step *= 3.0;
+        probe += 1;
+    }
+    let is_walled = beyond != FAR;
     if class == CLASS_FLOOR {
         let far = if is_walled {
             hidden(beyond, height)
@@ -66,15 +72,11 @@ pub fn openness<T: Texels + ?Sized>(
     } else {
         // A wall sees the strip of sky between it and the other one.
         let sky = if is_walled {
-            0.5 - 0.5
-                * div(
-                    height,
-                    sqrt(max(beyond, 0.0) * max(beyond, 0.0) + height * height),
-                )
+            0.5 - 0.5 * div(height, sqrt(beyond * beyond + height * height))
         } else {
             0.5
         };
-        // Bevels lean back.
+        // Half of what a wall sees is the ground; bevels lean back.
         if class == CLASS_BEVEL {
             0.5 + 0.5 * sky
         } else {

@@ -10,6 +10,8 @@ use crate::scene::{
 use crate::shape_map::Pattern;
 use crate::{Files, Limits};
 use glam::DVec3;
+use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
+use relievo_shared::openness::openness;
 use std::path::Path;
 
 /// A pattern that covers everything: caps alone.
@@ -233,4 +235,45 @@ fn scenes_without_materials_and_lights_are_not_lit_physically() {
     assert!(prepared.lighting.is_none());
     let physical = scene.with_material(material("m", 0.5, 0.0, 0.5));
     assert!(prepare(&physical, &|_| ()).unwrap().lighting.is_some());
+}
+
+/// Between two long walls the share of the sky is a form factor that is known.
+#[test]
+fn grounds_and_walls_of_a_groove_see_a_strip_of_sky() {
+    let stripes = Pattern::from_fn(64, 64, |x, _| x < 32).unwrap();
+    // A repeat is 2 units: the groove is 1 wide and 0.5 deep.
+    let object = SceneObject::new(plate(2.0, 0.0), stripes).depth(0.5);
+    let prepared = prepare(&Scene::default().size(8, 8).object(object), &|_| ()).unwrap();
+    let object = &prepared.objects[0];
+    let depth = f64::from(object.parameters.depth);
+    let open = |class: u32, u: f64, depth_fraction: f64| {
+        let uv = relievo_shared::Vec2::new(u as f32, 0.3);
+        let words = object.map.words();
+        let fraction = depth_fraction as f32;
+        f64::from(openness(
+            &object.parameters,
+            words,
+            class,
+            uv,
+            fraction,
+            0.5,
+        ))
+    };
+    let hidden = |distance: f64, height: f64| 0.5 - 0.5 * distance / distance.hypot(height);
+    for u in [0.52, 0.6, 0.7, 0.75, 0.85, 0.95] {
+        let [left, right] = [2.0 * (u - 0.5), 2.0 * (1.0 - u)];
+        let expected = 1.0 - hidden(left, depth) - hidden(right, depth);
+        let found = open(CLASS_FLOOR, u, 1.0);
+        assert!((found - expected).abs() < 0.03, "{u}: {found} {expected}");
+    }
+    for fraction in [0.1, 0.5, 1.0] {
+        let found = open(CLASS_WALL, 0.5, fraction);
+        // Half of what a wall sees is the ground, as bright as the sky is open there.
+        let expected = 0.25 + 0.5 * (0.5 - 0.5 * fraction * depth / (fraction * depth).hypot(1.0));
+        assert!(
+            (found - expected).abs() < 0.03,
+            "{fraction}: {found} {expected}"
+        );
+    }
+    assert_eq!(open(CLASS_CAP, 0.2, 0.0), 1.0);
 }
