@@ -182,22 +182,21 @@ fn lighting_features(lighting: &PreparedLighting) -> Vec<Feature> {
     let counted = |name, count: usize, what: &str| Feature {
         name,
         is_in: count > 0,
-        why: format!("{count} {what}"),
+        why: match count {
+            0 => "none".to_string(),
+            _ => format!("{count} {what}"),
+        },
     };
     vec![
-        counted("lights", lighting.lights.len(), "of them"),
-        counted(
-            "shadow maps",
-            lighting.shadow_maps.len(),
-            "of them, drawn once",
-        ),
+        counted("lights", lighting.lights.len(), "in each pixel"),
+        counted("shadow maps", lighting.shadow_maps.len(), "drawn once"),
         counted(
             "environment",
             lighting.lighting.environment_levels as usize,
             "levels of roughness",
         ),
-        counted("pictures", pictures.len(), "of materials"),
-        counted("variation by cell", cells, "materials vary"),
+        counted("pictures of materials", pictures.len(), "read"),
+        counted("variation by cell", cells, "parts of objects vary"),
     ]
 }
 

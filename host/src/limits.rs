@@ -103,6 +103,17 @@ impl<'a> Account<'a> {
         (self.limit - self.taken) / bytes
     }
 
+    /// Returns the error for `what`, which would take `needed` bytes more than can be counted.
+    pub(crate) fn refused(&self, what: impl fmt::Display, needed: u64) -> LimitError {
+        LimitError {
+            scene: self.scene.to_path_buf(),
+            what: what.to_string(),
+            needed,
+            taken: self.taken,
+            limit: self.limit,
+        }
+    }
+
     /// Takes `count` times `bytes` for `what`, before they are allocated.
     ///
     /// # Errors
@@ -115,13 +126,7 @@ impl<'a> Account<'a> {
     ) -> Result<(), LimitError> {
         let needed = count.saturating_mul(bytes);
         if needed > self.limit - self.taken {
-            return Err(LimitError {
-                scene: self.scene.to_path_buf(),
-                what: what.to_string(),
-                needed,
-                taken: self.taken,
-                limit: self.limit,
-            });
+            return Err(self.refused(what, needed));
         }
         self.taken += needed;
         Ok(())

@@ -18,6 +18,8 @@ pub const CLASS_WALL: u32 = 2;
 pub const CLASS_BEVEL: u32 = 3;
 /// The floor between the columns.
 pub const CLASS_FLOOR: u32 = 4;
+/// Nothing was hit, and the environment is seen; in pictures of colours only.
+pub const CLASS_SKY: u32 = 5;
 
 /// Returns the class of the point where the march ended. `distance` computes its
 /// distance to the pattern, texels.

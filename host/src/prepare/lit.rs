@@ -35,9 +35,9 @@ impl PreparedLighting {
         let words = self.words.len() + self.shadow_words();
         [
             size_of_val(&self.lighting),
-            size_of_val(&self.finishes[..]),
-            size_of_val(&self.facets[..]),
             // No buffer is empty.
+            size_of_val(&self.finishes[..]).max(size_of::<Finish>()),
+            size_of_val(&self.facets[..]).max(size_of::<FacetScale>()),
             size_of_val(&self.lights[..]).max(size_of::<Light>()),
             size_of_val(&self.shadow_maps[..]).max(size_of::<ShadowMap>()),
             words * size_of::<u32>(),

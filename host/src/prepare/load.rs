@@ -2,7 +2,7 @@
 //! several ways.
 
 use super::camera::{camera_of, frame, sees};
-use super::lighting::{has_shadows, prepare_lighting};
+use super::lighting::prepare_lighting;
 use super::meshes::{LoadedMesh, MeshCache, cached, load_meshes};
 use super::object::{Common, prepare_object};
 use super::placement::Placement;
@@ -10,6 +10,7 @@ use super::places::{Place, Sharing, Source, places};
 use super::prepared::{PreparedObject, PreparedScene};
 use super::shapes::Shapes;
 use super::shells::Shells;
+use super::sources::has_shadows;
 use super::step::Step;
 use crate::Error;
 use crate::limits::Account;
@@ -46,6 +47,8 @@ pub(crate) struct LoadedScene<'a> {
     bounds: Bounds,
     camera: Camera,
     frame: Frame,
+    /// The memory that was taken.
+    account: Account<'a>,
     start: Instant,
 }
 
@@ -146,6 +149,7 @@ impl<'a> LoadedScene<'a> {
             shells: before.shells.for_next(),
             bounds,
             camera,
+            account,
             start,
         })
     }
@@ -206,7 +210,8 @@ impl<'a> LoadedScene<'a> {
         }
         let lighting = match self.scene.is_physical() {
             true => {
-                let mut account = Account::new(&self.scene.path, &self.scene.limits);
+                // What the rest of the scene takes stays counted.
+                let mut account = self.account.clone();
                 let bounds = &self.bounds;
                 let made = prepare_lighting(self.scene, &mut objects, bounds, &mut account)?;
                 Some(Arc::new(made))
@@ -247,12 +252,14 @@ impl<'a> LoadedScene<'a> {
         };
         let mesh = prepared.mesh.clone();
         let made = self.object_at(index, &object, mesh, self.bounds.centre())?;
-        Ok(PreparedObject {
+        let mut made = PreparedObject {
             number: prepared.number,
             instance: prepared.instance,
             transform: prepared.transform,
             ..made
-        })
+        };
+        made.parameters.finish = prepared.parameters.finish;
+        Ok(made)
     }
 
     /// Prepares `object`, number `number` of those drawn, with positions relative to `origin`.
@@ -315,6 +322,8 @@ fn take_picture(scene: &Scene, account: &mut Account<'_>) -> Result<(), Error> {
     let [width, height] = scene.size.map(u64::from);
     let samples = u64::from(scene.supersampling).pow(2);
     let what = format!("the picture of {width} × {height} pixels, {samples} sample(s) each,");
+    // A scene that is lit physically is drawn to a G-buffer first.
+    let words = if scene.is_physical() { 48 } else { 16 };
     let channels = 3 + u64::from(scene.development.is_transparent);
-    Ok(account.take(what, width * height, 16 * samples + channels)?)
+    Ok(account.take(what, width * height, words * samples + channels)?)
 }

@@ -39,6 +39,7 @@ mod places;
 mod prepared;
 mod shapes;
 mod shells;
+mod sources;
 mod step;
 #[cfg(test)]
 pub(crate) mod tests;

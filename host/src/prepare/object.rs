@@ -5,6 +5,7 @@ use super::exits::{exit_number, is_fast};
 use super::placement::Placement;
 use super::prepared::PreparedObject;
 use super::shells::{MeshShell, Shells};
+use super::sources::has_shadows;
 use crate::Error;
 use crate::mesh::{Mesh, MeshCorner, MeshTriangle, SHALLOWEST, smaller_stretch};
 use crate::scene::{Material, Scene, SceneObject, Shape};
@@ -66,7 +67,8 @@ pub(super) fn prepare_object(
         chamfer: extrusion.chamfer as f32,
         specular: specular as f32,
         tolerance: object.tolerance as f32,
-        slack: if object.slack > 0.0 {
+        // Shadow maps are seen from far away, where a slack for the camera is too much.
+        slack: if object.slack > 0.0 && !has_shadows(scene) {
             (object.slack * pixel * coarsest_texels(&mesh, object.repeat, &map)) as f32
         } else {
             0.0

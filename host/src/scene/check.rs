@@ -69,7 +69,7 @@ pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
         return Err(("image.supersample".to_string(), problem));
     }
     camera(scene)?;
-    if scene.light.direction == [0.0; 3] {
+    if DVec3::from(scene.light.direction).normalize_or_zero() == DVec3::ZERO {
         let problem = "has no length; it points towards the light";
         return wrong("light.direction", problem);
     }
@@ -136,10 +136,13 @@ fn lighting(scene: &Scene) -> Result<(), Problem> {
 }
 
 fn light_source(light: &LightSource) -> Result<(), Problem> {
-    if light.kind == LightKind::Directional && light.direction == [0.0; 3] {
+    let has_length = |v: DVec3| v.normalize_or_zero() != DVec3::ZERO;
+    let [direction, position, target] =
+        [light.direction, light.position, light.target].map(DVec3::from);
+    if light.kind == LightKind::Directional && !has_length(direction) {
         return wrong("direction", "has no length; it points towards the light");
     }
-    if light.kind == LightKind::Spot && light.position == light.target {
+    if light.kind == LightKind::Spot && !has_length(position - target) {
         return wrong("target", "is the light's position; move one of them");
     }
     if light.kind == LightKind::Spot && light.inner_angle >= light.outer_angle {

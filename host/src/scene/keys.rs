@@ -287,7 +287,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .planned(),
     key!(SceneObject, "raised", raised: bool, "Lets columns rise from the mesh, which is their floor; needs `depth`."),
     key!(SceneObject, "cut_out", cut_out: bool, "Leaves out the floor: only the columns remain."),
-    key!(SceneObject, "self_shadow", self_shadow: bool, "Lets columns cast shadows on the object they stand on."),
+    key!(SceneObject, "self_shadow", self_shadow: bool, "Lets columns cast shadows on the object they stand on; shadow maps do so where a scene is lit physically."),
     key!(SceneObject, "projection", projection: Option<Projection>, "Texture coordinates in place of the mesh's own.")
         .default("the mesh's own"),
     key!(SceneObject, "crease_angle", crease_angle: f64, "Largest angle between two triangles whose edge is smooth, where the mesh has no normals.")
@@ -345,7 +345,7 @@ pub static MATERIAL: &[Key<SceneObject>] = &[
     part_key!("wall", wall, "Upright walls, likewise."),
     part_key!("bevel", bevel, "Bevels and chamfers, likewise."),
     part_key!("floor", floor, "The floor between the columns, likewise."),
-    key!(SceneObject, "specular", material.specular: f64, "Strength of the highlight of a colour.")
+    key!(SceneObject, "specular", material.specular: f64, "Strength of the highlight of colours, in scenes that are not lit physically.")
         .range(0.0, 1.0)
         .slider("Highlight", 0.0, 1.0),
     key!(SceneObject, "shininess", material.shininess: u32, "Exponent of the highlight of a colour.")
@@ -355,7 +355,7 @@ pub static MATERIAL: &[Key<SceneObject>] = &[
 
 /// Keys of a table `[[light]]`.
 pub static LIGHTS: &[Key<LightSource>] = &[
-    key!(LightSource, "name", name: String, "Name, for [animation](#animation)."),
+    key!(LightSource, "name", name: String, "Name, for tracks: `light.NAME.intensity` ([animation](#animation))."),
     key!(LightSource, "type", kind: LightKind, "What kind of light."),
     key!(LightSource, "color", color: Color, "Its colour.").range(0.0, 1.0),
     key!(LightSource, "intensity", intensity: f64, "Brightness of a white matte surface that faces it; of a point or spot light, at a distance of 1 world unit.")
@@ -368,7 +368,7 @@ pub static LIGHTS: &[Key<LightSource>] = &[
         .range(-FAR, FAR)
         .unit("world units"),
     key!(LightSource, "range", range: Option<f64>, "Distance beyond which a point or spot light is dark.")
-        .range(1e-6, 1e9)
+        .range(1e-3, 1e9)
         .unit("world units")
         .default("without end"),
     key!(LightSource, "inner_angle", inner_angle: f64, "Angle from the axis of a spot light within which it is as bright as on the axis.")
@@ -385,15 +385,15 @@ pub static LIGHTS: &[Key<LightSource>] = &[
 
 /// Keys of the table `[environment]`.
 pub static ENVIRONMENT: &[Key<Environment>] = &[
-    key!(Environment, "image", image: Option<PathBuf>, "Picture of all directions, OpenEXR (`.exr`), Radiance (`.hdr`) or any other image: longitude along its width, latitude along its height.")
+    key!(Environment, "image", image: Option<PathBuf>, "Picture of all directions, OpenEXR (`.exr`), Radiance (`.hdr`) or any other image: longitude along its width, with −z in the middle and +x right of it, latitude along its height.")
         .default("even light"),
     key!(Environment, "color", color: Color, "Factor of its light.").range(0.0, 1.0),
     key!(Environment, "intensity", intensity: f64, "Factor of its light.").range(0.0, 1e6),
-    key!(Environment, "turn", turn: f64, "Angle by which the picture is turned about the y axis.")
+    key!(Environment, "turn", turn: f64, "Angle by which the picture is turned about the y axis, counter-clockwise seen from above.")
         .range(-FAR, FAR)
         .unit("°"),
     key!(Environment, "occlusion", occlusion: f64, "How much carvings keep its light from their grounds and walls: 1 as the distance map says, 0 not at all.").range(0.0, 1.0),
-    key!(Environment, "visible", is_visible: bool, "Shows it where no object is, in place of the background."),
+    key!(Environment, "visible", is_visible: bool, "Shows it where no object is, in place of the background, exposed as the objects are."),
 ];
 
 /// Keys of a table `[[material]]`.
@@ -429,7 +429,7 @@ pub static TEXT: &[Key<Lettering>] = &[
 
 /// Keys of a table `[[animate]]`.
 pub static TRACK: &[Key<Track>] = &[
-    key!(Track, "key", key: String, "The key whose value changes, with its table: `camera.eye`, `light.intensity`, `object.NAME.depth`, `object.NAME.material.cap`.")
+    key!(Track, "key", key: String, "The key whose value changes, with its table: `camera.eye`, `light.intensity`, `object.NAME.depth`, `object.NAME.material.cap`, `light.NAME.intensity`, `environment.turn`, `material.NAME.roughness`.")
         .required(),
     key!(Track, "times", times: Vec<f64>, "Times of the key frames, each later than the one before.")
         .unit("s")

@@ -79,6 +79,12 @@ impl Scene {
         !self.lights.is_empty() || self.environment.is_some() || !self.materials.is_empty()
     }
 
+    /// Returns the paths of all files that the scene names.
+    pub fn named_files(&self) -> Vec<PathBuf> {
+        let mut scene = self.clone();
+        scene.files_mut().map(|(_, path)| path.clone()).collect()
+    }
+
     /// Returns the key, with its tables, and the path of all files that the scene names, for
     /// other paths to be set.
     pub(super) fn files_mut(&mut self) -> impl Iterator<Item = (String, &mut PathBuf)> {

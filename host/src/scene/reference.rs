@@ -142,8 +142,8 @@ interpolation = \"smooth\"
 ```
 
 A key has its first value before the first key frame, and its last value after the last one. All tracks together have
-at most 10,000 key frames. Smooth curves stay in the range of their key. Colours are interpolated in sRGB. Where only camera and light change,
-the scene is prepared once.
+at most 10,000 key frames. Smooth curves stay in the range of their key. Colours are interpolated in sRGB. Where only the camera changes, or
+the light of `[light]` in a scene without materials and lights, the scene is prepared once.
 ";
 
 const INSTANCES: &str = "

@@ -243,11 +243,20 @@ impl<'a> Controls<'a> {
             controls.parts("rotate", ["x", "y", "z"], &mut object.rotate);
         });
         self.group("Material", false, |controls| {
-            let material = &mut object.material;
-            controls.color("Cap", &mut material.cap);
-            controls.color("Wall", &mut material.wall);
-            controls.color("Bevel", &mut material.bevel);
-            controls.color("Floor", &mut material.floor);
+            let (colors, names) = (&mut object.material, &mut object.finish);
+            for (label, color, name) in [
+                ("Cap", &mut colors.cap, &mut names.cap),
+                ("Wall", &mut colors.wall, &mut names.wall),
+                ("Bevel", &mut colors.bevel, &mut names.bevel),
+                ("Floor", &mut colors.floor, &mut names.floor),
+            ] {
+                let before = *color;
+                controls.color(label, color);
+                // A colour takes the place of a material.
+                if *color != before {
+                    *name = None;
+                }
+            }
             for key in keys::MATERIAL.iter().filter(|key| key.slider.is_some()) {
                 controls.key(key, object, 0.0);
             }
@@ -357,20 +366,27 @@ impl<'a> Controls<'a> {
         }
     }
 
+    /// Shows the light of a scene that has no others.
+    fn light(&mut self, scene: &mut Scene) {
+        let light = &mut scene.light;
+        for (axis, part) in ["x", "y", "z"].into_iter().zip(&mut light.direction) {
+            self.number(&format!("Light along {axis}"), "", part, -1.0..=1.0);
+        }
+        if light.direction.iter().all(|part| part.abs() < 1e-6) {
+            light.direction = [0.0, 1.0, 0.0];
+        }
+        self.color("Light", &mut light.color);
+        self.scene_keys(keys::LIGHT, scene);
+        let light = &mut scene.light;
+        self.color("Ambient light", &mut light.ambient);
+    }
+
     /// Shows the parameters of picture, light and background.
     pub fn scene(&mut self, scene: &mut Scene) {
         self.group("Light and background", false, |controls| {
-            let light = &mut scene.light;
-            for (axis, part) in ["x", "y", "z"].into_iter().zip(&mut light.direction) {
-                controls.number(&format!("Light along {axis}"), "", part, -1.0..=1.0);
+            if scene.lights.is_empty() {
+                controls.light(scene);
             }
-            if light.direction.iter().all(|part| part.abs() < 1e-6) {
-                light.direction = [0.0, 1.0, 0.0];
-            }
-            controls.color("Light", &mut light.color);
-            controls.scene_keys(keys::LIGHT, scene);
-            let light = &mut scene.light;
-            controls.color("Ambient light", &mut light.ambient);
             controls.color("Background", &mut scene.background);
             controls.scene_keys(keys::IMAGE, scene);
             let mut is_agx = scene.development.tone == Tone::Agx;

@@ -66,8 +66,8 @@ impl Viewer {
             return self.report(saved);
         };
         let mut files = vec![ExportedFile { name, bytes: text }];
-        for path in scene.objects.iter().flat_map(|object| object.files()) {
-            let path = relievo::files::normal(path);
+        for path in scene.named_files() {
+            let path = relievo::files::normal(&path);
             let name = path.to_string_lossy().into_owned();
             if let Some(bytes) = all.get(&path)
                 && files.iter().all(|file| file.name != name)

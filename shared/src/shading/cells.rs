@@ -4,7 +4,7 @@
 //! along u and v that cell's own repeat lies before the texel's, each plus 1 (2 bits).
 
 use super::layout::{Finish, Image};
-use crate::arithmetic::{floor, floor_to_int};
+use crate::arithmetic::{clamp, floor, floor_to_int};
 use crate::shape_map::Texels;
 use crate::{Real, Vec2};
 
@@ -30,7 +30,8 @@ pub fn unit(hash: u32) -> Real {
 #[inline]
 fn texel(x: Real, size: u32) -> u32 {
     let last = size as i32 - 1;
-    let index = floor_to_int((x - floor(x)) * (size as i32 as Real));
+    // Of a number that is too large to have a fraction, rounding is all that is left.
+    let index = floor_to_int(clamp(x - floor(x), 0.0, 1.0) * (size as i32 as Real));
     (if index > last { last } else { index }) as u32
 }
 

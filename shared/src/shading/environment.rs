@@ -24,7 +24,8 @@ pub fn irradiance(lighting: &Lighting, normal: Vec3) -> Vec3 {
         + vec3(*zx) * (n.z * n.x)
         + vec3(*zz) * (n.z * n.z)
         + vec3(*difference) * (n.x * n.x - n.y * n.y);
-    Vec3::new(max(sum.x, 0.0), max(sum.y, 0.0), max(sum.z, 0.0))
+    let sum = Vec3::new(max(sum.x, 0.0), max(sum.y, 0.0), max(sum.z, 0.0));
+    kept3(sum * vec3(lighting.environment_color))
 }
 
 /// Returns the colour of a texel.
@@ -64,7 +65,7 @@ pub fn radiance<T: Texels + ?Sized>(
         size >>= 1;
         index += 1;
     }
-    found
+    kept3(found * vec3(lighting.environment_color))
 }
 
 /// Returns the level of `size` texels at (`x`, `y`), each −1…1.

@@ -62,7 +62,9 @@ pub fn halved(side: u32) -> u32 {
 /// `level`: 0 for the first, which is the largest.
 #[inline]
 pub fn sample<T: Texels + ?Sized>(words: &T, image: &Image, at: Vec2, level: Real) -> Vec4 {
-    let at = Vec2::new(at.x - floor(at.x), at.y - floor(at.y));
+    // Of a number that is too large to have a fraction, rounding is all that is left.
+    let fraction = |x: Real| clamp(x - floor(x), 0.0, 1.0);
+    let at = Vec2::new(fraction(at.x), fraction(at.y));
     let last = image.levels as i32 - 1;
     let level = clamp(level, 0.0, last as Real);
     let whole = floor(level);

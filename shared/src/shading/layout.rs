@@ -146,7 +146,7 @@ pub struct ShadowMap {
 pub struct Lighting {
     /// Linear RGB of pixels without a hit.
     pub background: [Real; 3],
-    /// Not 0: pixels without a hit show the environment.
+    /// Not 0: pixels without a hit show the environment, which there is.
     pub shows_environment: u32,
     /// Number of lights.
     pub lights: u32,
@@ -160,6 +160,8 @@ pub struct Lighting {
     pub occlusion: Real,
     /// Index of the first word of the table of reflected shares.
     pub reflectance: u32,
+    /// Linear RGB that the environment is multiplied by.
+    pub environment_color: [Real; 3],
     /// Irradiance over π, as coefficients of 1, x, y, z, xy, yz, zx, z², x² − y²: linear RGB.
     pub irradiance: [[Real; 3]; 9],
 }
@@ -172,5 +174,5 @@ const _: () = {
     assert!(size_of::<Image>() == 16 && size_of::<Material>() == 124);
     assert!(size_of::<Finish>() == 168 && size_of::<FacetScale>() == 16);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
-    assert!(size_of::<Lighting>() == 148);
+    assert!(size_of::<Lighting>() == 160);
 };

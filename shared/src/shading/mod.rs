@@ -18,7 +18,7 @@ use crate::camera::pixel_ray;
 use crate::contract::check3;
 use crate::gbuffer::Sample;
 use crate::layout::{Frame, vec3};
-use crate::normals::CLASS_MISS;
+use crate::normals::{CLASS_MISS, CLASS_SKY};
 use crate::shape_map::Texels;
 use crate::trace::word;
 use crate::{Real, Vec3};
@@ -51,24 +51,17 @@ pub fn words<T: Tables + ?Sized>(
 ) -> UVec4 {
     let hit = Sample::from_words(place, surface);
     let direction = pixel_ray(frame, pixel.0, pixel.1);
-    let rgb = if hit.class == CLASS_MISS {
-        behind(tables, lighting, direction)
+    let (rgb, class) = if hit.class != CLASS_MISS {
+        (shade(tables, frame, lighting, direction, &hit), hit.class)
+    } else if lighting.shows_environment != 0 {
+        let sky = environment::radiance(tables, lighting, direction, 0.0);
+        (sky, CLASS_SKY)
     } else {
-        shade(tables, frame, lighting, direction, &hit)
+        (vec3(lighting.background), CLASS_MISS)
     };
     let rgb = kept3(rgb);
     check3(rgb);
-    UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), hit.class)
-}
-
-/// Returns the linear RGB of a pixel without a hit.
-#[inline]
-fn behind<T: Tables + ?Sized>(tables: &T, lighting: &Lighting, direction: Vec3) -> Vec3 {
-    if lighting.shows_environment != 0 {
-        environment::radiance(tables, lighting, direction, 0.0)
-    } else {
-        vec3(lighting.background)
-    }
+    UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), class)
 }
 
 /// Returns the linear RGB of `hit`, seen along `direction`.

@@ -6,7 +6,7 @@ use relievo::budget::{Plan, PlannedScene, Promise, plan, plan_view};
 use relievo::prepare::{PreparedScene, Step};
 use relievo::render::gpu::{Choice, adapters, choose};
 use relievo::render::{CpuRenderer, FallbackRenderer, GpuRenderer, RenderError, Renderer};
-use relievo::scene::{Scene, SceneObject};
+use relievo::scene::Scene;
 use relievo::{Error, Limits};
 use std::path::{Path, PathBuf};
 
@@ -78,8 +78,7 @@ fn load_by(
 
 /// Returns the existing input files of `scene`, including itself.
 pub fn inputs(scene: &Scene) -> Vec<PathBuf> {
-    let named = scene.objects.iter().flat_map(SceneObject::files);
-    let all = std::iter::once(scene.path.as_path()).chain(named);
+    let all = std::iter::once(scene.path.clone()).chain(scene.named_files());
     all.filter_map(|path| path.canonicalize().ok()).collect()
 }
 

@@ -18,6 +18,8 @@ const SIDES: [u32; 2] = [256, 16];
 const LEVELS: u32 = 5;
 /// Directions that a texel of a rough level is the mean of.
 const SAMPLES: u32 = 256;
+/// Brightest light of a picture: less than texels hold.
+const BRIGHTEST: f32 = 6e4;
 /// Bytes per pixel of the picture while it is read.
 const PIXEL: u64 = 32;
 /// Rows of the picture that irradiance is integrated over.
@@ -31,24 +33,29 @@ pub(super) fn bake(
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
 ) -> Result<Lighting, Error> {
-    let factor = environment
+    let color = environment
         .color
         .linear()
-        .map(|channel| f64::from(channel) * environment.intensity);
-    if factor == [0.0; 3] {
+        .map(|channel| channel * environment.intensity as f32);
+    if color == [0.0; 3] {
         return Ok(Lighting::default());
     }
-    let Some(path) = &environment.image else {
-        return Ok(baked_environment(SIDES[1], &|_, _| factor.into(), words));
+    let baked = match &environment.image {
+        None => baked_environment(SIDES[1], &|_, _| DVec3::ONE, words),
+        Some(path) => {
+            let max_pixels = scene.limits.pixels.min(account.left(PIXEL));
+            let picture = load_picture(&scene.files, path, max_pixels)?;
+            let pixels = u64::from(picture.width()) * u64::from(picture.height());
+            account.take(path.display(), pixels, PIXEL)?;
+            let picture = Panorama::new(linear(picture, Encoding::Color), environment.turn);
+            let light = |direction: DVec3, width: f64| picture.light(direction, width);
+            baked_environment(SIDES[0], &light, words)
+        }
     };
-    let max_pixels = scene.limits.pixels.min(account.left(PIXEL));
-    let picture = load_picture(&scene.files, path, max_pixels)?;
-    let pixels = u64::from(picture.width()) * u64::from(picture.height());
-    account.take(path.display(), pixels, PIXEL)?;
-    let picture = Panorama::new(linear(picture, Encoding::Color), environment.turn);
-    let light =
-        |direction: DVec3, width: f64| picture.light(direction, width) * DVec3::from(factor);
-    Ok(baked_environment(SIDES[0], &light, words))
+    Ok(Lighting {
+        environment_color: color,
+        ..baked
+    })
 }
 
 /// A picture of all directions, and its smaller levels.
@@ -59,12 +66,17 @@ struct Panorama {
 }
 
 impl Panorama {
-    fn new(picture: Rgba32FImage, degrees: f64) -> Panorama {
+    fn new(mut picture: Rgba32FImage, degrees: f64) -> Panorama {
+        // Pictures may hold infinities where the sun is.
+        for channel in picture.iter_mut() {
+            *channel = match channel.is_nan() {
+                true => 0.0,
+                false => channel.clamp(0.0, BRIGHTEST),
+            };
+        }
         let mut levels = vec![picture];
         while let Some(last) = levels.last().filter(|last| last.height() > 8) {
-            let (width, height) = (last.width() / 2, last.height() / 2);
-            let filter = image::imageops::FilterType::Triangle;
-            levels.push(image::imageops::resize(last, width.max(1), height, filter));
+            levels.push(halved(last));
         }
         Panorama {
             levels,
@@ -90,12 +102,24 @@ impl Panorama {
         let pixel = |x: f64, y: f64| {
             let x = x.rem_euclid(f64::from(width)) as u32;
             let [r, g, b, _] = picture.get_pixel(x, (y as u32).min(height - 1)).0;
-            // Pictures may hold infinities where the sun is.
-            DVec3::new(r.into(), g.into(), b.into()).clamp(DVec3::ZERO, DVec3::splat(6e4))
+            DVec3::new(r.into(), g.into(), b.into())
         };
         let row = |y: f64| pixel(low.x, y).lerp(pixel(low.x + 1.0, y), rest.x);
         row(low.y).lerp(row(low.y + 1.0), rest.y)
     }
+}
+
+/// Returns `picture` with half as many rows and columns, each pixel the mean of four. The
+/// filters of the library limit it to 1.
+fn halved(picture: &Rgba32FImage) -> Rgba32FImage {
+    let (width, height) = picture.dimensions();
+    Rgba32FImage::from_fn((width / 2).max(1), height / 2, |x, y| {
+        let at = |dx: u32, dy: u32| picture.get_pixel((2 * x + dx).min(width - 1), 2 * y + dy).0;
+        let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
+        image::Rgba(std::array::from_fn(|channel| {
+            0.25 * four.iter().map(|pixel| pixel[channel]).sum::<f32>()
+        }))
+    })
 }
 
 /// Light from a direction, the mean over about as many radians.
@@ -126,6 +150,7 @@ pub fn baked_environment(side: u32, light: &Sky<'_>, words: &mut Vec<u32>) -> Li
         environment: first,
         environment_size: side,
         environment_levels: LEVELS,
+        environment_color: [1.0; 3],
         irradiance: irradiance(light),
         ..Lighting::default()
     }
@@ -284,6 +309,36 @@ mod tests {
         assert!(at(Vec3::NEG_Y).abs() < 0.03, "{}", at(Vec3::NEG_Y));
         // Half of the sky: 2 / (3 π) to the side.
         assert!((at(Vec3::X) - 0.2122).abs() < 0.03, "{}", at(Vec3::X));
+    }
+
+    /// A sun of four pixels in 1024 × 512: its light is in every level.
+    #[test]
+    fn small_bright_suns_light_what_is_rough() {
+        let mut picture = Rgba32FImage::new(1024, 512);
+        for (x, y) in [(512, 100), (513, 100), (512, 101), (513, 101)] {
+            picture.put_pixel(x, y, image::Rgba([2e4, f32::INFINITY, f32::NAN, 1.0]));
+        }
+        let sun = Panorama::new(picture, 0.0);
+        let mut words = Vec::new();
+        let light = |d: DVec3, width: f64| sun.light(d, width);
+        let lighting = baked_environment(64, &light, &mut words);
+        let polar = PI * 101.0 / 512.0;
+        let towards = DVec3::new(0.0, polar.cos(), -polar.sin());
+        // The irradiance over π of a small source: its light times its solid angle, over π.
+        let angle = (PI / 512.0).powi(2) * 4.0 * polar.sin();
+        let found = environment::irradiance(&lighting, towards.as_vec3());
+        let expected = 2e4 * angle / PI;
+        // Three bands of harmonics give 17 / 16 of it on the axis.
+        assert!(
+            (f64::from(found.x) / expected - 1.0625).abs() < 0.05,
+            "{found} {expected}"
+        );
+        assert!(found.y > 2.9 * found.x && found.z == 0.0, "{found}");
+        let blurred = environment::radiance(&words[..], &lighting, towards.as_vec3(), 1.0);
+        assert!(
+            f64::from(blurred.x) > 0.5 * expected,
+            "{blurred} {expected}"
+        );
     }
 
     #[test]

@@ -43,8 +43,7 @@ pub(super) fn finishes(
                 scene: scene.path.clone(),
                 name: object.name.clone(),
                 problem: format!(
-                    "is different object {} of a scene with materials or lights, which has at most {MOST_FINISHES}; use instances",
-                    number + 1
+                    "is one too many: a scene with materials, lights or an environment has at most {MOST_FINISHES} different objects; copies count as one if they are instances without error_px"
                 ),
             });
         }
@@ -85,7 +84,10 @@ pub(super) fn finishes(
                     true => repeat as f32,
                     false => 0.0,
                 }),
-                cells,
+                cells: match named.is_some_and(PhysicalMaterial::varies) {
+                    true => cells,
+                    false => Image::default(),
+                },
                 seed: prepared.number as u32,
             });
         }

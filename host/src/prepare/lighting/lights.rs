@@ -18,8 +18,10 @@ const FAR: f64 = 128.0;
 /// Nearest distance at which a shadow map sees, in diagonals of the scene. Shells within it
 /// count as around the eye, which is slow.
 const NEAR: f64 = 1e-3;
-/// Margin around the scene, and around the faces of a point light.
+/// Margin around the scene.
 const MARGIN: f64 = 1.02;
+/// Texels around the faces of a point light, which lookups beside an edge reach.
+const BORDER: f64 = 4.0;
 
 /// Returns the lights, their shadow maps, whose words follow the first `words`, and the frames of
 /// these; nothing else of the lighting.
@@ -45,6 +47,9 @@ pub(super) fn lights(
         let texels = u64::from(source.shadow_size).pow(2);
         for frame in views {
             account.take("a shadow map", texels, 8)?;
+            if first + texels > u64::from(u32::MAX) {
+                return Err(account.refused("a shadow map", texels).into());
+            }
             let across = DVec3::from(frame.ray_right.map(f64::from));
             made.shadow_maps.push(ShadowMap {
                 eye: frame.eye,
@@ -72,7 +77,7 @@ fn light(source: &LightSource, bounds: &Bounds) -> Light {
     };
     // As the extension KHR_lights_punctual computes them.
     let [inner, outer] = [source.inner_angle, source.outer_angle].map(|x| x.to_radians().cos());
-    let scale = 1.0 / (inner - outer).max(1e-3);
+    let scale = 1.0 / (inner - outer).max(1e-6);
     Light {
         color: source
             .color
@@ -122,7 +127,8 @@ fn views(source: &LightSource, bounds: &Bounds) -> Vec<Frame> {
             vec![view(position, forward, angle, near)]
         }
         LightKind::Point => {
-            let angle = 2.0 * MARGIN.atan().to_degrees();
+            let margin = 1.0 / (1.0 - 2.0 * BORDER / f64::from(source.shadow_size));
+            let angle = 2.0 * margin.atan().to_degrees();
             // The order of `relievo_shared::shading::shadow_map::face`.
             [DVec3::X, DVec3::Y, DVec3::Z]
                 .into_iter()

@@ -22,10 +22,11 @@ pub use reflectance::reflectance;
 
 use super::lit::PreparedLighting;
 use super::prepared::PreparedObject;
+use super::sources::{environment_of, lights_of};
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::Bounds;
-use crate::scene::{Environment, LightKind, LightSource, Scene};
+use crate::scene::Scene;
 use glam::DVec3;
 use pictures::Pictures;
 use relievo_shared::shading::Lighting;
@@ -47,8 +48,12 @@ pub(super) fn prepare_lighting(
     let lights = lights::lights(&sources, bounds, words.len(), account)?;
     Ok(PreparedLighting {
         lighting: Lighting {
-            background: scene.background.linear(),
-            shows_environment: u32::from(environment.is_visible),
+            // What is shown of a dark environment is black.
+            background: match environment.is_visible {
+                true => [0.0; 3],
+                false => scene.background.linear(),
+            },
+            shows_environment: u32::from(environment.is_visible && baked.environment_levels > 0),
             lights: lights.lights.len() as u32,
             reflectance: 0,
             occlusion: environment.occlusion as f32,
@@ -59,41 +64,6 @@ pub(super) fn prepare_lighting(
         words,
         ..lights
     })
-}
-
-/// Returns the lights of `scene`: its own, or that of the table `[light]`.
-fn lights_of(scene: &Scene) -> Vec<LightSource> {
-    if !scene.lights.is_empty() {
-        return scene.lights.clone();
-    }
-    vec![LightSource {
-        kind: LightKind::Directional,
-        color: scene.light.color,
-        intensity: scene.light.intensity,
-        direction: scene.light.direction,
-        ..LightSource::default()
-    }]
-}
-
-/// Returns the environment of `scene`; without one it is even light, of the ambient colour where
-/// there are no lights of its own.
-fn environment_of(scene: &Scene) -> Environment {
-    match &scene.environment {
-        Some(environment) => environment.clone(),
-        None if scene.lights.is_empty() => Environment {
-            color: scene.light.ambient,
-            ..Environment::default()
-        },
-        None => Environment {
-            intensity: 0.0,
-            ..Environment::default()
-        },
-    }
-}
-
-/// Returns whether objects outside the picture of `scene` may be seen, by their shadows.
-pub(super) fn has_shadows(scene: &Scene) -> bool {
-    scene.is_physical() && lights_of(scene).iter().any(|light| light.casts_shadows)
 }
 
 /// Returns the point that positions are relative to.

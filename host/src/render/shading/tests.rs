@@ -10,7 +10,7 @@ use crate::scene::{
 use crate::shape_map::Pattern;
 use crate::{Files, Limits};
 use glam::DVec3;
-use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
+use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_SKY, CLASS_WALL};
 use relievo_shared::openness::openness;
 use std::path::Path;
 
@@ -226,7 +226,6 @@ fn a_picture_lies_on_a_plane_as_an_independent_lookup_has_it() {
     }
 }
 
-/// The same frame twice, and other frames: shadow maps are drawn once.
 #[test]
 fn scenes_without_materials_and_lights_are_not_lit_physically() {
     let object = SceneObject::new(plate(2.0, 0.0), covered()).projection(Projection::PlanarY);
@@ -276,4 +275,49 @@ fn grounds_and_walls_of_a_groove_see_a_strip_of_sky() {
         );
     }
     assert_eq!(open(CLASS_CAP, 0.2, 0.0), 1.0);
+}
+
+/// What is seen where no object is: the environment, black where it is dark, or the background.
+#[test]
+fn the_environment_is_seen_where_no_object_is() {
+    let shown = |environment: Environment| {
+        let object = SceneObject::new(plate(0.1, 0.0), covered()).depth(0.001);
+        let scene = Scene::default()
+            .size(8, 8)
+            .camera(Camera::new([0.0, 2.0, 2.0], [0.0, 0.0, 0.0]))
+            .background(Color([1.0; 3]))
+            .environment(environment)
+            .object(object);
+        let (_, words) = colors(&scene);
+        (words.rgb(0, 0), words.pixel(0, 0)[3])
+    };
+    let with = |is_visible, intensity| Environment {
+        is_visible,
+        intensity,
+        ..Environment::default()
+    };
+    assert_eq!(shown(with(false, 0.5)), ([1.0; 3], CLASS_MISS));
+    assert_eq!(shown(with(true, 0.5)), ([0.5; 3], CLASS_SKY));
+    assert_eq!(shown(with(true, 0.0)), ([0.0; 3], CLASS_MISS));
+}
+
+#[test]
+fn objects_with_an_error_budget_keep_their_materials() {
+    let object = |name: &str, x: f64| {
+        SceneObject::new(plate(1.0, 0.0), covered())
+            .depth(0.01)
+            .translate([x, 0.0, 0.0])
+            .finish(all(name))
+    };
+    let scene = Scene::default()
+        .size(40, 30)
+        .environment(Environment::default())
+        .with_material(material("white", 1.0, 0.0, 1.0))
+        .with_material(material("black", 0.0, 1.0, 1.0))
+        .object(object("white", -1.0))
+        .object(object("black", 1.0).budget(0.5));
+    let planned = crate::budget::plan(&scene, &|_| ()).unwrap().scene;
+    let finishes = planned.objects.iter();
+    let finishes: Vec<u32> = finishes.map(|object| object.parameters.finish).collect();
+    assert_eq!(finishes, [0, 1]);
 }

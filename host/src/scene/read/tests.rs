@@ -247,6 +247,8 @@ fn lights_environment_and_materials_are_read_as_they_are_written() {
     assert_eq!(finish.names().collect::<Vec<_>>(), [("cap", "gold")]);
     let normal = scene.materials[0].normal_image.as_deref();
     assert_eq!(normal, Some(Path::new("folder/n.png")));
+    let files = ["folder/n.png", "folder/a.obj", "folder/b.png"];
+    assert_eq!(scene.named_files(), files.map(std::path::PathBuf::from));
     let again = Scene::parse(&scene.to_toml(Path::new("folder")), path).unwrap();
     assert_eq!(again.lights, scene.lights);
     assert_eq!(again.environment, scene.environment);
