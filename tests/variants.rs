@@ -4,7 +4,7 @@
 use crate::real;
 use relievo::prepare::{PreparedObject, PreparedScene, prepare};
 use relievo::render::{CpuRenderer, Renderer};
-use relievo::scene::{Scene, Tier};
+use relievo::scene::{Finish, Scene, Tier};
 use relievo_shared::layout::{
     Object, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_ACCURATE, TIER_FAST,
     TIER_PAPER, TIER_PLANAR,
@@ -81,11 +81,23 @@ const WAYS: [(u32, u32, u32); 5] = [
     (TIER_ACCURATE, SEARCH_PRISMS, 1),
 ];
 
-/// The scenes of `assets/`, unchanged and with every path.
+/// Returns `scene` without materials and lights of its own: pictures are of the words that the
+/// shared tracing gives.
+fn unlit(mut scene: Scene) -> Scene {
+    scene.lights.clear();
+    scene.environment = None;
+    scene.materials.clear();
+    for object in &mut scene.objects {
+        object.finish = Finish::default();
+    }
+    scene
+}
+
+/// The scenes of `assets/`, without materials and lights, and with every path.
 static SCENES: LazyLock<Vec<Prepared>> = LazyLock::new(|| {
     let mut all = Vec::new();
     for path in scenes() {
-        let load = || Scene::load(&path).unwrap();
+        let load = || unlit(Scene::load(&path).unwrap());
         all.push(Prepared::new(&path, load()));
         for (tier, search, self_shadow) in WAYS {
             let mut other = Prepared::with(&path, load(), &|parameters| {
