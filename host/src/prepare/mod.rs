@@ -45,7 +45,6 @@ mod step;
 pub(crate) mod tests;
 
 pub use camera::{View, finer, unlit_frame};
-pub use lighting::{baked_environment, reflectance};
 pub use lit::PreparedLighting;
 pub use load::Assets;
 pub(crate) use load::LoadedScene;

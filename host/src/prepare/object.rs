@@ -155,9 +155,19 @@ pub(super) fn prepare_object(
     Ok(prepared)
 }
 
+/// Returns the texture coordinates of the corners in repeats of the pattern, with v down (OBJ's v
+/// goes up), and the whole repeats that renderers leave out.
+pub(super) fn repeats(triangle: &MeshTriangle, repeat: [f64; 2]) -> ([[f64; 2]; 3], [f64; 2]) {
+    let uv = triangle
+        .corners
+        .map(|corner| [corner.uv.x * repeat[0], -corner.uv.y * repeat[1]]);
+    let whole = [0, 1].map(|i| uv[0][i].min(uv[1][i]).min(uv[2][i]).floor());
+    (uv, whole)
+}
+
 /// Converts a triangle to the renderers' units: f32, with the `reductions` of the
-/// depth at its corners, positions relative to `origin`, texture coordinates in repeats of the pattern with v down (OBJ's v
-/// goes up), less a whole number of repeats. Curvatures below `flat` are
+/// depth at its corners, positions relative to `origin`, texture coordinates as [`repeats`] has them,
+/// less the whole ones. Curvatures below `flat` are
 /// treated as zero.
 fn narrow_triangle(
     triangle: &MeshTriangle,
@@ -166,10 +176,7 @@ fn narrow_triangle(
     repeat: [f64; 2],
     flat: f64,
 ) -> Triangle {
-    let uv = triangle
-        .corners
-        .map(|corner| [corner.uv.x * repeat[0], -corner.uv.y * repeat[1]]);
-    let whole = [0, 1].map(|i| uv[0][i].min(uv[1][i]).min(uv[2][i]).floor());
+    let (uv, whole) = repeats(triangle, repeat);
     let mut corners = [Corner::default(); 3];
     for (i, (narrowed, corner)) in corners.iter_mut().zip(&triangle.corners).enumerate() {
         *narrowed = Corner {

@@ -32,7 +32,9 @@ pub(super) fn environment_of(scene: &Scene) -> Environment {
     }
 }
 
-/// Returns whether objects outside the picture of `scene` may be seen, by their shadows.
+/// Returns whether a light of `scene` casts shadows, as that of the table `[light]` does where
+/// it is used.
 pub(super) fn has_shadows(scene: &Scene) -> bool {
-    scene.is_physical() && lights_of(scene).iter().any(|light| light.casts_shadows)
+    let mut lights = scene.lights.iter();
+    scene.is_physical() && (scene.lights.is_empty() || lights.any(|light| light.casts_shadows))
 }

@@ -127,7 +127,7 @@ type Sky<'a> = dyn Fn(DVec3, f64) -> DVec3 + Sync + 'a;
 
 /// Bakes light from all directions after `words`: levels whose first has `side` texels on each side. Returns
 /// what shading has to know of it.
-pub fn baked_environment(side: u32, light: &Sky<'_>, words: &mut Vec<u32>) -> Lighting {
+fn baked_environment(side: u32, light: &Sky<'_>, words: &mut Vec<u32>) -> Lighting {
     let first = words.len() as u32;
     for level in 0..LEVELS {
         let roughness = f64::from(level) / f64::from(LEVELS - 1);

@@ -1,5 +1,6 @@
 //! The materials of objects, and how patterns lie on their facets.
 
+use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
 use super::cells::cells;
 use super::pictures::{Encoding, Pictures};
@@ -12,7 +13,6 @@ use relievo_shared::gbuffer::MOST_FINISHES;
 use relievo_shared::shading::layout::FINISHES;
 use relievo_shared::shading::{FacetScale, Finish, Image, Material};
 use std::path::PathBuf;
-use std::sync::Arc;
 
 /// Returns the finishes and the scales of all facets of `objects`, and numbers the materials in
 /// their parameters.
@@ -30,7 +30,7 @@ pub(super) fn finishes(
         let prepared = &mut rest[0];
         // Copies share facets and materials.
         let same = |other: &&PreparedObject| {
-            Arc::ptr_eq(&other.triangles, &prepared.triangles) && other.number == prepared.number
+            other.shares_facets(prepared) && other.number == prepared.number
         };
         if let Some(first) = before.iter().rev().find(same) {
             prepared.parameters.finish = first.parameters.finish;
@@ -124,9 +124,7 @@ fn cells_of(
 
 /// Returns how the pattern lies on a triangle.
 fn scale(triangle: &MeshTriangle, repeat: [f64; 2]) -> FacetScale {
-    let uv = triangle
-        .corners
-        .map(|corner| [corner.uv.x * repeat[0], -corner.uv.y * repeat[1]]);
+    let (_, whole) = repeats(triangle, repeat);
     let mean = |axis: usize| {
         let lengths = triangle.corners.iter().map(|corner| match axis {
             0 => corner.gradient_u.length(),
@@ -135,7 +133,7 @@ fn scale(triangle: &MeshTriangle, repeat: [f64; 2]) -> FacetScale {
         (lengths.sum::<f64>() / 3.0 * repeat[axis]) as f32
     };
     FacetScale {
-        whole: [0, 1].map(|i| uv[0][i].min(uv[1][i]).min(uv[2][i]).floor() as f32),
+        whole: whole.map(|repeats| repeats as f32),
         density: [mean(0), mean(1)],
     }
 }

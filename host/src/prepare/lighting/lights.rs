@@ -2,7 +2,6 @@
 
 use super::super::camera::{narrow, unlit_frame};
 use super::super::lit::PreparedLighting;
-use super::origin;
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::Bounds;
@@ -88,7 +87,7 @@ fn light(source: &LightSource, bounds: &Bounds) -> Light {
             LightKind::Point => LIGHT_POINT,
             LightKind::Spot => LIGHT_SPOT,
         },
-        position: narrow(position - origin(bounds)),
+        position: narrow(position - bounds.centre()),
         inverse_range: source.range.map_or(0.0, |range| (1.0 / range) as f32),
         direction: narrow(direction.normalize()),
         spot_scale: scale as f32,
@@ -112,7 +111,7 @@ fn views(source: &LightSource, bounds: &Bounds) -> Vec<Frame> {
             ..unlit_frame(eye, forward, up, angle, size)
         }
     };
-    let position = DVec3::from(source.position) - origin(bounds);
+    let position = DVec3::from(source.position) - bounds.centre();
     let near = NEAR * bounds.diagonal();
     match source.kind {
         LightKind::Directional => {

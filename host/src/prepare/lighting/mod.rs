@@ -17,9 +17,6 @@ mod lights;
 mod pictures;
 mod reflectance;
 
-pub use environment::baked_environment;
-pub use reflectance::reflectance;
-
 use super::lit::PreparedLighting;
 use super::prepared::PreparedObject;
 use super::sources::{environment_of, lights_of};
@@ -27,8 +24,8 @@ use crate::Error;
 use crate::limits::Account;
 use crate::mesh::Bounds;
 use crate::scene::Scene;
-use glam::DVec3;
 use pictures::Pictures;
+use reflectance::reflectance;
 use relievo_shared::shading::Lighting;
 
 /// Prepares the lighting of `scene`, and numbers the materials of `objects`.
@@ -38,6 +35,7 @@ pub(super) fn prepare_lighting(
     bounds: &Bounds,
     account: &mut Account<'_>,
 ) -> Result<PreparedLighting, Error> {
+    // Its first word is that of the table.
     let mut words = reflectance();
     let mut pictures = Pictures::new(scene);
     let (finishes, facets) =
@@ -64,9 +62,4 @@ pub(super) fn prepare_lighting(
         words,
         ..lights
     })
-}
-
-/// Returns the point that positions are relative to.
-fn origin(bounds: &Bounds) -> DVec3 {
-    bounds.centre()
 }

@@ -12,7 +12,7 @@ const STEPS: u32 = 64;
 /// Returns the table of what a surface that reflects F_0 of facing light reflects of even
 /// light, for rows of growing roughness and columns of growing cosine: the factor of F_0 and the
 /// rest (Karis, "Real shading in Unreal Engine 4", 2013), 16 bits each.
-pub fn reflectance() -> Vec<u32> {
+pub(super) fn reflectance() -> Vec<u32> {
     static TABLE: LazyLock<Vec<u32>> = LazyLock::new(|| {
         let last = f64::from(REFLECTANCE_SIZE - 1);
         (0..REFLECTANCE_SIZE * REFLECTANCE_SIZE)
