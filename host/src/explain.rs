@@ -25,7 +25,7 @@
 use crate::budget::{FAST, PLANAR, Plan};
 use crate::prepare::{PreparedLighting, PreparedObject, PreparedScene};
 use crate::render::RenderError;
-use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, SHADE, Shaders};
+use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, Shaders, shade_of};
 use relievo_shaders::Compiled;
 use relievo_shared::layout::{
     FORMAT_CODES, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,
@@ -80,8 +80,10 @@ pub struct ObjectPlan {
 pub struct LightingPlan {
     /// All features, used or not.
     pub features: Vec<Feature>,
-    /// The shader that shades a pixel, in the exact module, in the one with fused sums, and in the
-    /// fast one: its instructions.
+    /// The shader that shades a pixel.
+    pub shader: &'static str,
+    /// It in the exact module, in the one with fused sums, and in the
+    /// fast one: instructions.
     pub instructions: [usize; 3],
 }
 
@@ -127,9 +129,11 @@ pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanat
             .collect(),
         lighting: scene.lighting.as_deref().map(|lighting| LightingPlan {
             features: lighting_features(lighting),
-            instructions: modules
-                .each_ref()
-                .map(|(_, module)| module.instructions(SHADE[1]).unwrap_or_default()),
+            shader: shade_of(lighting.has_smooth_edges),
+            instructions: modules.each_ref().map(|(_, module)| {
+                let shader = shade_of(lighting.has_smooth_edges);
+                module.instructions(shader).unwrap_or_default()
+            }),
         }),
         outside: scene.outside.clone(),
         memory: Memory::of(scene, Extent::Needed, Pictures::Color),
@@ -197,6 +201,14 @@ fn lighting_features(lighting: &PreparedLighting) -> Vec<Feature> {
         ),
         counted("pictures of materials", pictures.len(), "read"),
         counted("variation by cell", cells, "parts of objects vary"),
+        Feature {
+            name: "smooth edges",
+            is_in: lighting.has_smooth_edges,
+            why: match lighting.has_smooth_edges {
+                true => "pixels are blended with their neighbours".to_string(),
+                false => "image.smooth_edges is off".to_string(),
+            },
+        },
     ]
 }
 
@@ -338,7 +350,7 @@ impl fmt::Display for Explanation {
             writeln!(
                 formatter,
                 "  shader {}, once a pixel: {exact} instructions exact, {fused} fused, {fast} fast",
-                SHADE[1]
+                lighting.shader
             )?;
         }
         for name in &self.outside {

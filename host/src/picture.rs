@@ -21,6 +21,7 @@ use crate::scene::{Development, FRAME_RATES};
 use crate::tone::Developer;
 use rayon::prelude::*;
 use relievo_shared::normals::CLASS_MISS;
+use std::array;
 use std::io::Write;
 use std::path::Path;
 
@@ -57,25 +58,26 @@ impl Picture {
         bytes.par_chunks_mut(row).enumerate().for_each(|(y, row)| {
             for (x, pixel) in row.chunks_exact_mut(channels).enumerate() {
                 let mut sum = [0.0f32; 3];
-                let mut hits = 0;
+                let mut hits = 0.0;
                 for sample in 0..factor * factor {
                     let sx = x as u32 * factor + sample % factor;
                     let sy = y as u32 * factor + sample / factor;
-                    let words = words.pixel(sx, sy);
-                    let is_hit = words[3] != CLASS_MISS;
-                    if !is_hit && development.is_transparent {
-                        continue;
-                    }
-                    hits += u32::from(is_hit);
-                    for (total, channel) in sum.iter_mut().zip(developer.pixel(words)) {
-                        *total += channel;
-                    }
+                    words.parts(sx, sy, |light, class, share| {
+                        let is_hit = class != CLASS_MISS;
+                        if is_hit {
+                            hits += share;
+                        }
+                        if is_hit || !development.is_transparent {
+                            let part = developer.part(light, class);
+                            sum = array::from_fn(|i| sum[i] + part[i] * share);
+                        }
+                    });
                 }
                 let samples = (factor * factor) as f32;
-                let coverage = hits as f32 / samples;
+                let coverage = hits / samples;
                 let weight = match development.is_transparent {
-                    true => 1.0 / (hits as f32).max(1.0),
-                    false => 1.0 / samples,
+                    true if hits > 0.0 => 1.0 / hits,
+                    _ => 1.0 / samples,
                 };
                 for (byte, total) in pixel.iter_mut().zip(sum) {
                     *byte = srgb_byte(total * weight);
@@ -227,6 +229,7 @@ fn srgb_byte(linear: f32) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scene::Tone;
 
     #[test]
     fn bytes_survive_the_way_to_linear_light_and_back() {
@@ -249,6 +252,42 @@ mod tests {
         let picture = Picture::develop(&buffer, 2, &Development::default()).unwrap();
         assert_eq!((picture.width, picture.height), (1, 1));
         assert_eq!(picture.bytes, [188; 3]);
+    }
+
+    #[test]
+    fn shares_of_neighbours_are_blended_after_the_tone_curve() {
+        // Half of the second pixel is the first one's, which is very bright, and a quarter of it
+        // the third one's, which is background.
+        let words = |c: f32, class: u32| [c.to_bits(), c.to_bits(), c.to_bits(), class];
+        let divided = 1 | 255 << 8 | 128 << 16;
+        let buffer = ColorWords {
+            width: 3,
+            height: 1,
+            words: vec![words(100.0, 1), words(0.0, divided), words(0.0, CLASS_MISS)],
+        };
+        let development = |is_transparent| Development {
+            tone: Tone::Agx,
+            is_transparent,
+            ..Development::default()
+        };
+        let opaque = Picture::develop(&buffer, 1, &development(false)).unwrap();
+        assert!((187..=189).contains(&opaque.bytes[3]), "{:?}", opaque.bytes);
+        let clear = Picture::develop(&buffer, 1, &development(true)).unwrap();
+        // Two thirds of what is hit are white.
+        assert_eq!(clear.bytes[7], 191);
+        assert!((210..=214).contains(&clear.bytes[4]), "{:?}", clear.bytes);
+        // Rows.
+        let down = ColorWords {
+            width: 1,
+            height: 3,
+            words: vec![
+                words(1.0, 1),
+                words(0.0, 1 | 255 << 8 | 1 << 24),
+                words(0.0, 1),
+            ],
+        };
+        let picture = Picture::develop(&down, 1, &Development::default()).unwrap();
+        assert_eq!(picture.bytes[3..6], [188; 3]);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! From the light of a scene to linear colours of a screen.
 
+use crate::render::ColorWords;
 use crate::scene::{Development, Tone};
 use glam::{Mat3, Vec3};
 use relievo_shared::normals::CLASS_MISS;
+use std::array;
 
 /// Linear sRGB to linear Rec. 2020, and back (ITU-R BT.2407).
 const TO_WIDE: Mat3 = Mat3::from_cols_array(&[
@@ -63,15 +65,23 @@ impl Developer {
         }
     }
 
-    /// Returns the colour that the screen shows for a pixel of
-    /// [`ColorWords`](crate::render::ColorWords), linear sRGB. The background keeps its colour.
-    pub fn pixel(&self, words: [u32; 4]) -> [f32; 3] {
-        let [r, g, b, class] = words;
-        let color = [r, g, b].map(f32::from_bits);
+    /// Returns the colour that the screen shows for the `light` of a surface class, both linear
+    /// sRGB. The background keeps its colour.
+    pub fn part(&self, light: [f32; 3], class: u32) -> [f32; 3] {
         match class {
-            CLASS_MISS => color,
-            _ => self.shown(color),
+            CLASS_MISS => light,
+            _ => self.shown(light),
         }
+    }
+
+    /// Returns the colour that the screen shows for a pixel of `words`, linear sRGB.
+    pub fn pixel(&self, words: &ColorWords, x: u32, y: u32) -> [f32; 3] {
+        let mut color = [0.0; 3];
+        words.parts(x, y, |light, class, share| {
+            let part = self.part(light, class);
+            color = array::from_fn(|i| color[i] + part[i] * share);
+        });
+        color
     }
 }
 

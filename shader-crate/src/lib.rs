@@ -23,6 +23,7 @@ use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::outline::{Outline, outline, outline_corner, prism_outline};
+use relievo_shared::shading::edges::Hits;
 use relievo_shared::shading::{self, FacetScale, Finish, Light, Lighting, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 use relievo_shared::walk::PrismList;
@@ -448,31 +449,52 @@ pub fn screen(#[spirv(vertex_index)] vertex_index: u32, #[spirv(position)] posit
     *position = vec4(side(vertex_index == 1), side(vertex_index == 2), 0.0, 1.0);
 }
 
-/// Writes the colours of a picture whose hits are in the G-buffer: linear RGB as the bits of
-/// three f32, and the class.
-#[spirv(fragment)]
-pub fn shade(
-    #[spirv(frag_coord)] coordinate: Vec4,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] lighting: &Lighting,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] finishes: &[Finish],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] facets: &[FacetScale],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lights: &[Light],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] shadow_maps: &[ShadowMap],
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] words: &[u32],
-    #[spirv(descriptor_set = 1, binding = 0)] place: &WordPicture,
-    #[spirv(descriptor_set = 1, binding = 1)] surface: &WordPicture,
-    color: &mut UVec4,
-) {
-    let tables = Buffers {
-        finishes,
-        facets,
-        lights,
-        shadow_maps,
-        words,
-    };
-    let (x, y) = (coordinate.x as u32, coordinate.y as u32);
-    let place = place.fetch(UVec2::new(x, y));
-    let surface = surface.fetch(UVec2::new(x, y));
-    *color = shading::words(&tables, frame, lighting, (x, y), place, surface);
+/// The G-buffer.
+struct HitPictures<'a> {
+    place: &'a WordPicture,
+    surface: &'a WordPicture,
 }
+
+impl Hits for HitPictures<'_> {
+    #[inline]
+    fn words(&self, x: u32, y: u32) -> (UVec4, UVec4) {
+        let at = UVec2::new(x, y);
+        (self.place.fetch(at), self.surface.fetch(at))
+    }
+}
+
+/// Defines an entry point that writes the colours of a picture whose hits are in the G-buffer:
+/// what `$words` makes of what it reads.
+macro_rules! shade_entry_point {
+    ($name:ident, $words:expr) => {
+        #[doc = "Writes linear RGB as the bits of three f32, and the class."]
+        #[spirv(fragment)]
+        pub fn $name(
+            #[spirv(frag_coord)] coordinate: Vec4,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] lighting: &Lighting,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] finishes: &[Finish],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] facets: &[FacetScale],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lights: &[Light],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] shadow_maps: &[ShadowMap],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] words: &[u32],
+            #[spirv(descriptor_set = 1, binding = 0)] place: &WordPicture,
+            #[spirv(descriptor_set = 1, binding = 1)] surface: &WordPicture,
+            color: &mut UVec4,
+        ) {
+            let tables = Buffers {
+                finishes,
+                facets,
+                lights,
+                shadow_maps,
+                words,
+            };
+            let pixel = (coordinate.x as u32, coordinate.y as u32);
+            let hits = HitPictures { place, surface };
+            *color = $words(&tables, frame, lighting, pixel, &hits);
+        }
+    };
+}
+
+shade_entry_point!(shade, shading::words);
+shade_entry_point!(shade_edges, shading::words_with_edges);

@@ -24,10 +24,15 @@ use crate::{Real, Vec3};
 /// counted from the top left.
 #[inline]
 pub fn pixel_ray(frame: &Frame, x: u32, y: u32) -> Vec3 {
-    let raw = vec3(frame.ray_first)
-        + vec3(frame.ray_right) * (x as i32 as Real)
-        + vec3(frame.ray_down) * (y as i32 as Real);
-    normalize_or(raw, vec3(frame.forward))
+    let direction = through(frame, x as i32 as Real, y as i32 as Real);
+    normalize_or(direction, vec3(frame.forward))
+}
+
+/// Returns the direction from the eye through a point of the picture, whose part along the view
+/// axis is 1; `x` and `y` count pixels from the centre of the top left one.
+#[inline]
+pub fn through(frame: &Frame, x: Real, y: Real) -> Vec3 {
+    vec3(frame.ray_first) + vec3(frame.ray_right) * x + vec3(frame.ray_down) * y
 }
 
 /// Returns the reversed depth at distance `t` along `direction`: near plane over

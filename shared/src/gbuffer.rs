@@ -3,19 +3,22 @@
 //!
 //! ```text
 //! place    t  u  v  δ (16 bits), world units per object unit (16 bits)
-//! surface  class, flags, finish, openness  normal  tangent  facet
+//! surface  class, flags, finish, edge, openness  normal  tangent  facet, edge
 //! ```
+//!
+//! The [edge] is there if the object's finish has the flag [`KNOWS_EDGES`].
 //!
 //! Normal and tangent are unit vectors in world axes, in octahedral form. The tangent is the
 //! direction of growing u on caps and floors, and runs along the outline on walls and bevels.
 
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
 use crate::contract::check3;
+use crate::edge::{self, Edge};
 use crate::layout::vec3;
 use crate::model::{Model, Place, Ray, Traced};
-use crate::normals::{CLASS_BEVEL, CLASS_WALL, HitSurface};
+use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL, HitSurface};
 use crate::openness::openness;
-use crate::shape_map::Texels;
+use crate::shape_map::{ShapeMap, Texels};
 use crate::trace::{normals_on, word};
 use crate::{Real, Vec2, Vec3};
 use glam::UVec4;
@@ -30,6 +33,10 @@ const MIRRORED: u32 = 1 << 3;
 const ALONG_V: u32 = 1 << 4;
 /// Place and number of the bits of the finish.
 const FINISH: (u32, u32) = (5, 0xfff);
+/// Place of the distance of the edge.
+const EDGE: u32 = 17;
+/// Place of its direction, beside the facet.
+const EDGE_DIRECTION: u32 = 26;
 /// Place and steps of the openness.
 const OPENNESS: (u32, Real) = (24, 255.0);
 /// One step of it.
@@ -39,6 +46,10 @@ const UPPER: u32 = 0xffff_0000;
 
 /// Largest number of finishes in a scene.
 pub const MOST_FINISHES: u32 = FINISH.1 + 1;
+/// Flag of [`Object::finish`](crate::layout::Object::finish): hits know their edges.
+pub const KNOWS_EDGES: u32 = 1 << 31;
+/// Largest number of facets of an object.
+pub const MOST_FACETS: u32 = 1 << EDGE_DIRECTION;
 
 /// What a pixel hits.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -65,6 +76,8 @@ pub struct Sample {
     pub finish: u32,
     /// Index of the facet among those of its object.
     pub facet: u32,
+    /// Where the surface ends on the picture.
+    pub edge: Edge,
     /// Share of the light from all directions that arrives, 0…1.
     pub openness: Real,
 }
@@ -144,14 +157,23 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     let in_world = |v: Vec3| vec3(x) * v.x + vec3(y) * v.y + vec3(z) * v.z;
     let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
     let across = kept3(gradient_u);
-    let open = openness(
-        object,
-        texels,
-        hit.class,
-        hit.uv,
-        hit.depth_fraction,
-        sqrt(across.dot(across)),
-    );
+    let knows_edges = object.finish & KNOWS_EDGES != 0;
+    let (mut distance, mut gradient) = (0.0, Vec2::ZERO);
+    if knows_edges || hit.class != CLASS_CAP {
+        let map = ShapeMap::new(object);
+        distance = map.distance(texels, hit.uv);
+        gradient = map.gradient(texels, hit.uv);
+    }
+    let density = sqrt(across.dot(across));
+    let open = openness(object, texels, hit, distance, gradient, density);
+    let edge = if knows_edges {
+        let slopes = [gradient_u, gradient_v];
+        edge::code(ray, hit, &normals, distance, gradient, slopes)
+    } else {
+        0
+    };
+    let edge_distance = edge & ((1 << edge::BITS.0) - 1);
+    let edge_direction = edge >> edge::BITS.0;
     let depth_fraction = (clamp(hit.depth_fraction, 0.0, 1.0) * STEPS + 0.5) as u32;
     let uv = hit.uv + hit.repeat;
     let place = UVec4::new(
@@ -164,11 +186,12 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
         hit.class
             | flag(towards < 0.0, MIRRORED)
             | flag(is_along_v, ALONG_V)
-            | object.finish << FINISH.0
+            | (object.finish & FINISH.1) << FINISH.0
+            | edge_distance << EDGE
             | ((clamp(open, 0.0, 1.0) * OPENNESS.1 + 0.5) as u32) << OPENNESS.0,
         octahedral(in_world(normals.carved)),
         octahedral(in_world(tangent)),
-        traced.place.facet(drawn),
+        traced.place.facet(drawn) | edge_direction << EDGE_DIRECTION,
     );
     (place, surface)
 }
@@ -190,7 +213,11 @@ impl Sample {
             is_mirrored: bits & MIRRORED != 0,
             is_along_v: bits & ALONG_V != 0,
             finish: (bits >> FINISH.0) & FINISH.1,
-            facet: surface.w,
+            facet: surface.w & (MOST_FACETS - 1),
+            edge: Edge::from_code(
+                ((bits >> EDGE) & ((1 << edge::BITS.0) - 1))
+                    | surface.w >> EDGE_DIRECTION << edge::BITS.0,
+            ),
             openness: (bits >> OPENNESS.0) as i32 as Real * OPENNESS_STEP,
         }
     }

@@ -87,6 +87,8 @@ pub mod camera;
 pub mod contract;
 #[cfg(feature = "double")]
 mod double;
+#[cfg(not(feature = "double"))]
+pub mod edge;
 pub mod exit;
 pub mod facet;
 pub mod facts;

@@ -7,6 +7,7 @@
 
 use crate::arithmetic::{div, kept, max, normalize_or, sqrt};
 use crate::layout::{Object, vec2};
+use crate::model::Hit;
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
 use crate::profile::Profile;
 use crate::shape_map::{ShapeMap, Texels};
@@ -25,16 +26,23 @@ fn hidden(distance: Real, height: Real) -> Real {
 }
 
 /// Returns the share of the light from all directions that reaches a hit, 0…1; `density` is
-/// |∇u|, repeats per object unit.
+/// |∇u|, repeats per object unit. `distance` and `gradient` are those of the map there; a cap
+/// needs neither.
 #[inline]
 pub fn openness<T: Texels + ?Sized>(
     object: &Object,
     texels: &T,
-    class: u32,
-    uv: Vec2,
-    depth_fraction: Real,
+    hit: &Hit,
+    distance: Real,
+    gradient: Vec2,
     density: Real,
 ) -> Real {
+    let Hit {
+        class,
+        uv,
+        depth_fraction,
+        ..
+    } = *hit;
     if class == CLASS_CAP {
         return 1.0;
     }
@@ -42,11 +50,9 @@ pub fn openness<T: Texels + ?Sized>(
     let profile = Profile::new(object);
     // Texels per object unit.
     let scale = max(density * map.size.x, 1e-6);
-    let gradient = map.gradient(texels, uv);
     let away = normalize_or(Vec2::new(kept(gradient.x), kept(gradient.y)), Vec2::X);
     let height = max(depth_fraction * object.depth * scale, 1e-3);
     let cap = profile.radius(0.0);
-    let distance = map.distance(texels, uv);
     // The other wall: about a depth further on, or three.
     let quotients = &object.quotients;
     let texel = vec2(quotients.gradient_offset) * (2.0 * quotients.gradient_scale);

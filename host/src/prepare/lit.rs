@@ -8,6 +8,8 @@ use relievo_shared::shading::{FacetScale, Finish, Light, Lighting, ShadowMap};
 pub struct PreparedLighting {
     /// What is the same for all pixels.
     pub lighting: Lighting,
+    /// Whether edges are smoothed.
+    pub has_smooth_edges: bool,
     /// The materials of all objects.
     pub finishes: Vec<Finish>,
     /// How the pattern lies on the facets of all objects.

@@ -6,6 +6,7 @@ use crate::prepare::PreparedLighting;
 use glam::UVec4;
 use rayon::prelude::*;
 use relievo_shared::layout::Frame;
+use relievo_shared::shading::edges::Hits;
 use relievo_shared::shading::{self, FacetScale, Finish, Light, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 
@@ -26,13 +27,18 @@ pub(super) fn shade(
     let [width, height] = frame.size.map(|side| side as u32);
     let tables = Slices { lighting, shadows };
     let mut words = allocate("the picture", hits.len(), [0; 4])?;
-    let rows = words.par_chunks_mut(width as usize);
-    let rows = rows.zip(hits.par_chunks(width as usize)).enumerate();
-    rows.for_each(|(y, (row, hits))| {
-        for ((x, pixel), [place, surface]) in (0..).zip(row).zip(hits) {
+    let picture = Picture { width, hits };
+    let rows = words.par_chunks_mut(width as usize).enumerate();
+    rows.for_each(|(y, row)| {
+        for (x, pixel) in (0..).zip(row) {
             let at = (x, y as u32);
             let common = &lighting.lighting;
-            *pixel = shading::words(&tables, frame, common, at, *place, *surface).to_array();
+            *pixel = if lighting.has_smooth_edges {
+                shading::words_with_edges(&tables, frame, common, at, &picture)
+            } else {
+                shading::words(&tables, frame, common, at, &picture)
+            }
+            .to_array();
         }
     });
     Ok(ColorWords {
@@ -40,6 +46,19 @@ pub(super) fn shade(
         height,
         words,
     })
+}
+
+/// The G-buffer.
+struct Picture<'a> {
+    width: u32,
+    hits: &'a [[UVec4; 2]],
+}
+
+impl Hits for Picture<'_> {
+    #[inline]
+    fn words(&self, x: u32, y: u32) -> (UVec4, UVec4) {
+        self.hits[y as usize * self.width as usize + x as usize].into()
+    }
 }
 
 impl Texels for Slices<'_> {

@@ -1,6 +1,7 @@
 //! Pictures as words: the bits of f32, which are compared exactly.
 
 use relievo_shared::normals::CLASS_MISS;
+use relievo_shared::shading::edges::from_code;
 
 /// Linear colours, as the bits of f32.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -9,7 +10,9 @@ pub struct ColorWords {
     pub width: u32,
     /// Height, pixels.
     pub height: u32,
-    /// (red, green, blue, class) of each pixel, rows from the top.
+    /// (red, green, blue, class) of each pixel, rows from the top; with smooth edges the class
+    /// word also has the shares of neighbours
+    /// ([`from_code`](relievo_shared::shading::edges::from_code)).
     pub words: Vec<[u32; 4]>,
 }
 
@@ -23,6 +26,26 @@ impl ColorWords {
     /// Returns the words of a pixel.
     pub fn pixel(&self, x: u32, y: u32) -> [u32; 4] {
         self.words[y as usize * self.width as usize + x as usize]
+    }
+
+    /// Calls `visit` with each part of a pixel: its linear RGB, its class, and its share.
+    ///
+    /// Without smooth edges a pixel has one part; with them, parts are those of its neighbours.
+    pub fn parts(&self, x: u32, y: u32, mut visit: impl FnMut([f32; 3], u32, f32)) {
+        let mut part = |[r, g, b, word]: [u32; 4], share: f32| {
+            let (class, _) = from_code(word);
+            visit([r, g, b].map(f32::from_bits), class, share);
+        };
+        let own = self.pixel(x, y);
+        let (_, shares) = from_code(own[3]);
+        part(own, 1.0 - shares.before - shares.after);
+        let (dx, dy) = if shares.is_down { (0, 1) } else { (1, 0) };
+        if shares.before > 0.0 {
+            part(self.pixel(x - dx, y - dy), shares.before);
+        }
+        if shares.after > 0.0 {
+            part(self.pixel(x + dx, y + dy), shares.after);
+        }
     }
 }
 

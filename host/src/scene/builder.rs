@@ -29,6 +29,14 @@ impl Scene {
         self
     }
 
+    /// Sets whether pixels at edges are blended with their neighbours, in a scene that is lit
+    /// physically.
+    #[must_use]
+    pub fn smooth_edges(mut self, is_on: bool) -> Scene {
+        self.smooth_edges = is_on;
+        self
+    }
+
     /// Sets the colour where no object is.
     #[must_use]
     pub fn background(mut self, color: Color) -> Scene {

@@ -68,6 +68,10 @@ pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
         );
         return Err(("image.supersample".to_string(), problem));
     }
+    if scene.smooth_edges && !scene.is_physical() {
+        let problem = "is for scenes that are lit physically: add the table `[environment]`, a `[[light]]` or a `[[material]]`, or use `supersample`";
+        return wrong("image.smooth_edges", problem);
+    }
     camera(scene)?;
     if DVec3::from(scene.light.direction).normalize_or_zero() == DVec3::ZERO {
         let problem = "has no length; it points towards the light";

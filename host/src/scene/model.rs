@@ -16,6 +16,9 @@ pub struct Scene {
     pub size: [u32; 2],
     /// Samples per pixel side: 1, or 2 for 4× supersampling.
     pub supersampling: u32,
+    /// Whether pixels at edges are blended with their neighbours; in scenes that are lit
+    /// physically.
+    pub smooth_edges: bool,
     /// Colour where no object is.
     pub background: Color,
     /// Exposure, tone curve and transparency of the picture.
@@ -54,6 +57,7 @@ impl Default for Scene {
             text: String::new(),
             size: [800, 600],
             supersampling: 1,
+            smooth_edges: false,
             background: Color::from_hex(0xe9edf2),
             development: Development::default(),
             camera: None,

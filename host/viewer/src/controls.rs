@@ -403,6 +403,9 @@ impl<'a> Controls<'a> {
             if controls.flag("Four samples a pixel", &mut supersample) {
                 scene.supersampling = if supersample { 2 } else { 1 };
             }
+            if scene.is_physical() {
+                controls.flag("Smooth edges", &mut scene.smooth_edges);
+            }
             controls.flag(
                 "Transparent background",
                 &mut scene.development.is_transparent,

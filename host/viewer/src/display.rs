@@ -130,12 +130,9 @@ pub fn geometry(show: Show, place: [u32; 4], surface: [u32; 4], scale: &Scale) -
 /// Converts colour words to RGBA bytes. A transparent background keeps its colour.
 pub fn color_bytes(words: &ColorWords, development: &Development) -> Vec<u8> {
     let developer = Developer::new(development);
-    bytes(
-        words
-            .words
-            .iter()
-            .map(|&words| developer.pixel(words).map(srgb)),
-    )
+    let rows = 0..words.height;
+    let pixels = rows.flat_map(|y| (0..words.width).map(move |x| (x, y)));
+    bytes(pixels.map(|(x, y)| developer.pixel(words, x, y).map(srgb)))
 }
 
 /// Converts geometry words to RGBA bytes.

@@ -70,30 +70,51 @@ fn heat(share: f32) -> vec3<f32> {
     return mix(middle, high, x - 1.0);
 }
 
+fn first_words(at: vec2<i32>, is_left: bool) -> vec4<u32> {
+    if is_left {
+        return textureLoad(left_0, at, 0);
+    }
+    return textureLoad(right_0, at, 0);
+}
+
+// Returns the colour of a pixel without its neighbours'.
+fn developed(words: vec4<u32>) -> vec3<f32> {
+    let light = bitcast<vec3<f32>>(words.xyz);
+    // The background keeps its colour.
+    if (words.w & 255u) == 0u {
+        return light;
+    }
+    if present.is_agx != 0u {
+        return agx(light * present.gain);
+    }
+    return light * present.gain;
+}
+
 @fragment
 fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
-    let at = vec2<u32>(position.xy);
-    var first: vec4<u32>;
-    var second: vec4<u32>;
-    if at.x < present.split {
-        first = textureLoad(left_0, at, 0);
-        second = textureLoad(left_1, at, 0);
-    } else {
-        first = textureLoad(right_0, at, 0);
-        second = textureLoad(right_1, at, 0);
-    }
-    let place = bitcast<vec4<f32>>(first);
+    let at = vec2<i32>(position.xy);
+    let is_left = u32(at.x) < present.split;
+    let first = first_words(at, is_left);
     if present.show == 0u {
-        var light = place.xyz;
-        // The background keeps its colour.
-        if first.w != 0u {
-            light *= present.gain;
-            if present.is_agx != 0u {
-                light = agx(light);
-            }
+        // The shares of neighbours, as relievo_shared::shading::edges has them.
+        let shares = vec2<f32>(vec2(first.w >> 8u, first.w >> 16u) & vec2(255u)) / 510.0;
+        let along = select(vec2(1, 0), vec2(0, 1), (first.w & (1u << 24u)) != 0u);
+        var light = developed(first) * (1.0 - shares.x - shares.y);
+        if shares.x > 0.0 {
+            light += developed(first_words(at - along, is_left)) * shares.x;
+        }
+        if shares.y > 0.0 {
+            light += developed(first_words(at + along, is_left)) * shares.y;
         }
         return vec4(encode(light.x), encode(light.y), encode(light.z), 1.0);
     }
+    var second: vec4<u32>;
+    if is_left {
+        second = textureLoad(left_1, at, 0);
+    } else {
+        second = textureLoad(right_1, at, 0);
+    }
+    let place = bitcast<vec4<f32>>(first);
     let kind = second.x & 255u;
     var color = vec3(0.5);
     if kind == 0u {

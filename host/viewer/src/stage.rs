@@ -360,15 +360,24 @@ mod tests {
     use relievo::prepare::prepare;
     use relievo::render::gpu::adapters;
     use relievo::render::{CpuRenderer, Renderer};
-    use relievo::scene::{Scene, Tier, Tone};
+    use relievo::scene::{Environment, Scene, Tier, Tone};
     use std::path::Path;
 
-    fn torus(tier: Tier) -> PreparedScene {
+    /// Returns a torus in the fast tier, and one in the planar tier with smooth edges.
+    fn tori() -> [PreparedScene; 2] {
+        [torus(Tier::Fast, false), torus(Tier::Planar, true)]
+    }
+
+    fn torus(tier: Tier, has_smooth_edges: bool) -> PreparedScene {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/scenes/torus.toml");
         let mut scene = Scene::load(&path).unwrap();
         // Not a multiple of the row alignment of buffers.
         scene.size = [97, 64];
         scene.objects[0].tier = tier;
+        if has_smooth_edges {
+            scene.environment = Some(Environment::default());
+            scene.smooth_edges = true;
+        }
         prepare(&scene, &|_| ()).unwrap()
     }
 
@@ -428,7 +437,7 @@ mod tests {
 
     #[test]
     fn gpu_the_screen_shows_what_display_says() {
-        let scenes = [torus(Tier::Fast), torus(Tier::Planar)];
+        let scenes = tori();
         let all = adapters();
         assert!(!all.is_empty(), "no adapter on this machine");
         for adapter in all {

@@ -4,6 +4,7 @@
 
 pub mod brdf;
 pub mod cells;
+pub mod edges;
 pub mod environment;
 pub mod image;
 pub mod layout;
@@ -13,7 +14,7 @@ pub mod shadow_map;
 
 pub use layout::{FacetScale, Finish, Image, Light, Lighting, Material, ShadowMap};
 
-use crate::arithmetic::{kept3, max, sqrt};
+use crate::arithmetic::{clamp, div, kept3, max, sqrt};
 use crate::camera::pixel_ray;
 use crate::contract::check3;
 use crate::gbuffer::Sample;
@@ -23,6 +24,7 @@ use crate::shape_map::Texels;
 use crate::trace::word;
 use crate::{Real, Vec3};
 use brdf::Reflector;
+use edges::Hits;
 use glam::UVec4;
 
 /// What shading reads: storage buffers, or slices. The words are those of pictures, of the
@@ -38,27 +40,82 @@ pub trait Tables: Texels {
     fn shadow_map(&self, index: u32) -> &ShadowMap;
 }
 
-/// Returns the words of pixel (`x`, `y`): linear RGB as the bits of three f32, and the class.
-/// `place` and `surface` are its words in the G-buffer.
+/// Returns the words of pixel (`x`, `y`) of the picture of `hits`: linear RGB as the bits of
+/// three f32, and the class.
 #[inline]
-pub fn words<T: Tables + ?Sized>(
+pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     tables: &T,
     frame: &Frame,
     lighting: &Lighting,
-    pixel: (u32, u32),
-    place: UVec4,
-    surface: UVec4,
+    (x, y): (u32, u32),
+    hits: &H,
 ) -> UVec4 {
+    let (place, surface) = hits.words(x, y);
     let hit = Sample::from_words(place, surface);
-    let direction = pixel_ray(frame, pixel.0, pixel.1);
-    let (rgb, class) = if hit.class != CLASS_MISS {
-        (shade(tables, frame, lighting, direction, &hit), hit.class)
-    } else if lighting.shows_environment != 0 {
+    let direction = pixel_ray(frame, x, y);
+    if hit.class == CLASS_MISS {
+        let (rgb, class) = missed(tables, lighting, direction);
+        color_words(rgb, class)
+    } else {
+        let rgb = shade(tables, frame, lighting, direction, &hit);
+        color_words(rgb, hit.class)
+    }
+}
+
+/// Returns the words of pixel (`x`, `y`) for smooth edges: as [`words`], where the class word
+/// also has the shares of its neighbours ([`edges::from_code`]).
+#[inline]
+pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    lighting: &Lighting,
+    (x, y): (u32, u32),
+    hits: &H,
+) -> UVec4 {
+    let (place, surface) = hits.words(x, y);
+    let hit = Sample::from_words(place, surface);
+    let direction = pixel_ray(frame, x, y);
+    let division = edges::division(frame, hits, x, y);
+    let (mut rgb, class) = if hit.class == CLASS_MISS {
+        missed(tables, lighting, direction)
+    } else {
+        (Vec3::ZERO, hit.class)
+    };
+    if hit.class != CLASS_MISS {
+        let own = 1.0 - division.before - division.after;
+        let between = clamp(div(division.between, max(own, 1e-3)), 0.0, 1.0);
+        // The hit, and the side beside it: written once, and in the shader once.
+        let mut part = 0;
+        while part < 2 {
+            let is_side = part == 1;
+            let share = if is_side { between } else { 1.0 - between };
+            if share > 0.0 {
+                let (ray, hit) = if is_side {
+                    edges::side(frame, hits, x, y, &division)
+                } else {
+                    (direction, hit)
+                };
+                rgb += shade(tables, frame, lighting, ray, &hit) * share;
+            }
+            part += 1;
+        }
+    }
+    color_words(rgb, division.code(class))
+}
+
+/// Returns the linear RGB and the class of a pixel without a hit.
+#[inline]
+fn missed<T: Tables + ?Sized>(tables: &T, lighting: &Lighting, direction: Vec3) -> (Vec3, u32) {
+    if lighting.shows_environment != 0 {
         let sky = environment::radiance(tables, lighting, direction, 0.0);
         (sky, CLASS_SKY)
     } else {
         (vec3(lighting.background), CLASS_MISS)
-    };
+    }
+}
+
+#[inline]
+fn color_words(rgb: Vec3, class: u32) -> UVec4 {
     let rgb = kept3(rgb);
     check3(rgb);
     UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), class)

@@ -4,6 +4,7 @@ use super::brdf::{Reflector, distribution, schlick, visibility};
 use super::layout::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, Light};
 use super::lights::{half_way, incoming};
 use super::{image, lit};
+use crate::edge::Edge;
 use crate::gbuffer::Sample;
 use crate::normals::{CLASS_CAP, CLASS_WALL};
 use crate::shading::layout::{FacetScale, Finish, Image, Material};
@@ -213,6 +214,7 @@ fn pictures_follow_pattern_mesh_or_outline() {
         is_along_v: true,
         finish: 0,
         facet: 0,
+        edge: Edge::from_code(0),
         openness: 1.0,
     };
     let mut finish = Finish {

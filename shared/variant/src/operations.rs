@@ -4,7 +4,7 @@
 
 use crate::scalar::{self, Operation, Sum};
 use crate::{Site, audit};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{IVec2, Vec2, Vec3, Vec4};
 
 /// A binary operator: the type of its right operand, and the operation.
 pub trait Arithmetic<Right> {
@@ -68,7 +68,7 @@ macro_rules! integer {
     )*};
 }
 
-integer!(u8, u32, i32, u64, i64, usize);
+integer!(u8, u32, i32, u64, i64, usize, IVec2);
 
 /// A vector's operations, a component after the other.
 macro_rules! vector {

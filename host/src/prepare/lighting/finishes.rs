@@ -9,7 +9,7 @@ use crate::limits::Account;
 use crate::mesh::MeshTriangle;
 use crate::scene::{self, Color, Coordinates, PhysicalMaterial, Scene, SceneObject};
 use rayon::prelude::*;
-use relievo_shared::gbuffer::MOST_FINISHES;
+use relievo_shared::gbuffer::{KNOWS_EDGES, MOST_FACETS, MOST_FINISHES};
 use relievo_shared::shading::layout::FINISHES;
 use relievo_shared::shading::{FacetScale, Finish, Image, Material};
 use std::path::PathBuf;
@@ -25,6 +25,7 @@ pub(super) fn finishes(
 ) -> Result<(Vec<Finish>, Vec<FacetScale>), Error> {
     let mut finishes: Vec<Finish> = Vec::new();
     let mut facets = Vec::new();
+    let knows_edges = if scene.smooth_edges { KNOWS_EDGES } else { 0 };
     for index in 0..objects.len() {
         let (before, rest) = objects.split_at_mut(index);
         let prepared = &mut rest[0];
@@ -47,8 +48,18 @@ pub(super) fn finishes(
                 ),
             });
         }
-        prepared.parameters.finish = number;
+        prepared.parameters.finish = number | knows_edges;
         let triangles = &prepared.mesh.triangles;
+        if triangles.len() > MOST_FACETS as usize {
+            return Err(Error::Object {
+                scene: scene.path.clone(),
+                name: object.name.clone(),
+                problem: format!(
+                    "has {} triangles; in a scene with materials, lights or an environment an object has at most {MOST_FACETS}",
+                    triangles.len()
+                ),
+            });
+        }
         account.take(
             &object.name,
             triangles.len() as u64,

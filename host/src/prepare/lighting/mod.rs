@@ -57,6 +57,7 @@ pub(super) fn prepare_lighting(
             occlusion: environment.occlusion as f32,
             ..baked
         },
+        has_smooth_edges: scene.smooth_edges,
         finishes,
         facets,
         words,

@@ -46,7 +46,7 @@ impl GpuLighting {
                 limit: largest,
             });
         }
-        let layout = &pipelines.make_shade()?.tables;
+        let layout = pipelines.make_shade(lighting.has_smooth_edges)?;
         let buffers: Vec<wgpu::Buffer> = contents
             .into_iter()
             .zip(sizes)
@@ -146,7 +146,8 @@ impl GpuLighting {
             occlusion_query_set: None,
             multiview_mask: None,
         });
-        pass.set_pipeline(&pipelines.shade().pipeline);
+        let has_smooth_edges = self.lighting.has_smooth_edges;
+        pass.set_pipeline(pipelines.shade().pipeline(has_smooth_edges));
         pass.set_bind_group(0, &self.tables, &[]);
         pass.set_bind_group(1, targets.hits(), &[]);
         pass.draw(0..3, 0..1);

@@ -34,7 +34,7 @@ pub use pipelines::Pipelines;
 pub use relievo_bitwise::{Adapter, Device, Module, Signature, TIME_LIMIT, adapters, choose};
 pub use scene::GpuScene;
 pub(crate) use scene::facet_bytes;
-pub(crate) use shaders::SHADE;
+pub(crate) use shaders::shade_of;
 pub use shaders::{Choice, EntryPoints, Extent, Facets, Shaders, canaries, signature};
 pub use targets::Targets;
 

@@ -1,7 +1,7 @@
 //! Pipelines, made when first needed and kept across scenes.
 
 use super::content::{DEPTH_FORMAT, Drawing, TARGET_FORMAT};
-use super::shaders::{EXITS, EntryPoints, PLACE, SHADE};
+use super::shaders::{EXITS, EntryPoints, PLACE, SCREEN, shade_of};
 use crate::render::RenderError;
 use relievo_bitwise::{Device, Module};
 use std::collections::BTreeMap;
@@ -24,8 +24,8 @@ pub struct Pipelines {
     layout_with_exits: wgpu::PipelineLayout,
     /// By fragment shader and number of targets.
     made: BTreeMap<(&'static str, usize), wgpu::RenderPipeline>,
-    /// The pipeline that shades the G-buffer, with its layouts.
-    shade: Option<ShadePipeline>,
+    /// The pipelines that shade the G-buffer; made when first needed.
+    shade: Option<ShadePipelines>,
     made_outlines: BTreeMap<&'static str, wgpu::ComputePipeline>,
 }
 
@@ -182,61 +182,89 @@ impl Pipelines {
         &self.made[&(drawing.fragment(of), drawing.targets().len())]
     }
 
-    /// Makes the pipeline that shades the G-buffer, if it is missing.
-    pub(super) fn make_shade(&mut self) -> Result<&ShadePipeline, RenderError> {
-        if self.shade.is_none() {
-            self.shade = Some(ShadePipeline::new(&self.device, &self.module)?);
-        }
-        Ok(self.shade())
+    /// Makes the pipeline that shades the G-buffer, if it is missing, and returns the layout of
+    /// materials and lights.
+    pub(super) fn make_shade(
+        &mut self,
+        has_smooth_edges: bool,
+    ) -> Result<&wgpu::BindGroupLayout, RenderError> {
+        let shade = self
+            .shade
+            .get_or_insert_with(|| ShadePipelines::new(&self.device));
+        shade.make(&self.device, &self.module, has_smooth_edges)?;
+        Ok(&shade.tables)
     }
 
-    /// Returns the pipeline that [`Self::make_shade`] has made.
-    pub(super) fn shade(&self) -> &ShadePipeline {
-        self.shade.as_ref().expect("it was made")
+    /// Returns the pipelines that [`Self::make_shade`] has made.
+    pub(super) fn shade(&self) -> &ShadePipelines {
+        self.shade.as_ref().expect("one was made")
     }
 }
 
-/// The pipeline that shades the G-buffer.
-pub(super) struct ShadePipeline {
-    pub pipeline: wgpu::RenderPipeline,
+/// The pipelines that shade the G-buffer.
+pub(super) struct ShadePipelines {
     /// The layout of materials and lights.
-    pub tables: wgpu::BindGroupLayout,
+    tables: wgpu::BindGroupLayout,
     /// The layout of the G-buffer's pictures.
     pub pictures: wgpu::BindGroupLayout,
+    layout: wgpu::PipelineLayout,
+    /// Without and with smooth edges.
+    made: [Option<wgpu::RenderPipeline>; 2],
 }
 
-impl ShadePipeline {
-    fn new(device: &Device, module: &Module) -> Result<ShadePipeline, RenderError> {
-        let [vertex, fragment] = SHADE;
-        let modules = [
-            (&module.load(device, vertex)?, vertex),
-            (&module.load(device, fragment)?, fragment),
-        ];
-        device.attempt(|| {
-            let stage = wgpu::ShaderStages::FRAGMENT;
-            let entries: Vec<_> = (0..SHADE_TABLES)
-                .map(|binding| buffer_entry(binding, stage, true, false))
-                .collect();
-            let made = device.wgpu();
-            let tables = made.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some("materials and lights"),
-                entries: &entries,
-            });
-            let pictures = made.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-                label: Some("G-buffer"),
-                entries: &[0, 1].map(picture_entry),
-            });
-            let layout = made.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-                label: Some("shade"),
-                bind_group_layouts: &[Some(&tables), Some(&pictures)],
-                immediate_size: 0,
-            });
-            Ok(ShadePipeline {
-                pipeline: make_pipeline(made, &layout, modules, 1, false),
-                tables,
-                pictures,
-            })
-        })
+impl ShadePipelines {
+    fn new(device: &Device) -> ShadePipelines {
+        let stage = wgpu::ShaderStages::FRAGMENT;
+        let entries: Vec<_> = (0..SHADE_TABLES)
+            .map(|binding| buffer_entry(binding, stage, true, false))
+            .collect();
+        let device = device.wgpu();
+        let tables = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("materials and lights"),
+            entries: &entries,
+        });
+        let pictures = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("G-buffer"),
+            entries: &[0, 1].map(picture_entry),
+        });
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("shade"),
+            bind_group_layouts: &[Some(&tables), Some(&pictures)],
+            immediate_size: 0,
+        });
+        ShadePipelines {
+            tables,
+            pictures,
+            layout,
+            made: [None, None],
+        }
+    }
+
+    fn make(
+        &mut self,
+        device: &Device,
+        module: &Module,
+        has_smooth_edges: bool,
+    ) -> Result<(), RenderError> {
+        let kept = &mut self.made[usize::from(has_smooth_edges)];
+        if kept.is_none() {
+            let fragment = shade_of(has_smooth_edges);
+            let modules = [
+                (&module.load(device, SCREEN)?, SCREEN),
+                (&module.load(device, fragment)?, fragment),
+            ];
+            let layout = &self.layout;
+            *kept = Some(device.attempt(|| -> Result<_, RenderError> {
+                Ok(make_pipeline(device.wgpu(), layout, modules, 1, false))
+            })?);
+        }
+        Ok(())
+    }
+
+    /// Returns a pipeline that was made.
+    pub(super) fn pipeline(&self, has_smooth_edges: bool) -> &wgpu::RenderPipeline {
+        let made = &self.made[usize::from(has_smooth_edges)];
+        made.as_ref().expect("it was made")
     }
 }
 

@@ -29,7 +29,7 @@ macro_rules! renderer {
         special { $($facts:expr => $special:ident over $special_facet:ident
             draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident;)* })*) => {
         files!($folder: place outlines outlines_planar outlines_prisms outlines_exits exits
-            screen shade
+            screen shade shade_edges
             $($more)*
             $($color $shadow $geometry $surface
                 $($special_color $special_shadow $special_geometry $special_surface)*)*)
@@ -304,8 +304,16 @@ pub(super) const PLACE: &str = "place";
 /// The fragment shader that writes exits, and the compute shader of their outlines.
 pub(super) const EXITS: [&str; 2] = ["exits", "outlines_exits"];
 
-/// The vertex and the fragment shader that shade the G-buffer.
-pub(crate) const SHADE: [&str; 2] = ["screen", "shade"];
+/// The vertex shader that covers the picture.
+pub(super) const SCREEN: &str = "screen";
+
+/// Returns the fragment shader that shades the G-buffer.
+pub(crate) fn shade_of(has_smooth_edges: bool) -> &'static str {
+    match has_smooth_edges {
+        true => "shade_edges",
+        false => "shade",
+    }
+}
 
 /// Whether a model asks for exits.
 macro_rules! asks_for_exits {

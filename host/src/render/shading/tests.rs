@@ -10,8 +10,10 @@ use crate::scene::{
 use crate::shape_map::Pattern;
 use crate::{Files, Limits};
 use glam::DVec3;
+use relievo_shared::model::Hit;
 use relievo_shared::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_SKY, CLASS_WALL};
 use relievo_shared::openness::openness;
+use relievo_shared::shape_map::ShapeMap;
 use std::path::Path;
 
 /// A pattern that covers everything: caps alone.
@@ -248,13 +250,23 @@ fn grounds_and_walls_of_a_groove_see_a_strip_of_sky() {
     let open = |class: u32, u: f64, depth_fraction: f64| {
         let uv = relievo_shared::Vec2::new(u as f32, 0.3);
         let words = object.map.words();
-        let fraction = depth_fraction as f32;
+        let map = ShapeMap::new(&object.parameters);
+        let hit = Hit {
+            class,
+            depth: 0.5,
+            t: 1.0,
+            uv,
+            repeat: relievo_shared::Vec2::ZERO,
+            depth_fraction: depth_fraction as f32,
+            steps: 1,
+        };
+        let (distance, gradient) = (map.distance(words, uv), map.gradient(words, uv));
         f64::from(openness(
             &object.parameters,
             words,
-            class,
-            uv,
-            fraction,
+            &hit,
+            distance,
+            gradient,
             0.5,
         ))
     };

@@ -266,6 +266,21 @@ fn lights_environment_and_materials_are_read_as_they_are_written() {
 }
 
 #[test]
+fn smooth_edges_are_for_scenes_that_are_lit_physically() {
+    let path = Path::new("a.toml");
+    let text = |more: &str| {
+        format!("image.smooth_edges = true\n{more}[[object]]\nmesh = 'a'\nshape = 'b'\n")
+    };
+    let error = Scene::parse(&text(""), path).unwrap_err().to_string();
+    assert!(error.contains("line 1, column 22"), "{error}");
+    assert!(error.contains("add the table `[environment]`"), "{error}");
+    let scene = Scene::parse(&text("[environment]\n"), path).unwrap();
+    assert!(scene.smooth_edges);
+    let again = Scene::parse(&scene.to_toml(Path::new("")), path).unwrap();
+    assert!(again.smooth_edges);
+}
+
+#[test]
 fn mistakes_in_lights_and_materials_are_told_with_line_and_key() {
     let error = |from: &str, to: &str| {
         let text = PHYSICAL.replacen(from, to, 1);

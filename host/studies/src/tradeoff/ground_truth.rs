@@ -2,8 +2,8 @@
 
 use super::Subject;
 use super::grid::finest;
-use super::perceptual::difference;
 use super::remembered::Remembered;
+use crate::perceptual::difference;
 use glam::DVec3;
 use relievo::Error;
 use relievo::oracle::{MeshOracle, Truth};

@@ -14,6 +14,7 @@ use relievo::render::gpu::{Adapter, Choice, Extent, Shaders, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Tier;
 use relievo_studies::bench::{Backend, Summary, measure, scaling as measure_scaling};
+use relievo_studies::edges;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -140,6 +141,63 @@ fn scene(
         None if found.is_none() => say(format_args!("no GPU adapter")),
         None => Ok(()),
     }
+}
+
+/// `relievo bench edges`.
+pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
+    let found = measured_adapter(Measured::Both, arguments.adapter.as_deref())?;
+    let gpu_name = found
+        .as_ref()
+        .map_or("no GPU".to_string(), Adapter::describe);
+    say(format_args!(
+        "errors from {} samples a pixel; times over one sample: CPU, {gpu_name}",
+        edges::REFERENCE.pow(2)
+    ))?;
+    for path in &arguments.scenes {
+        let loaded = |is_smooth| {
+            load_with(path, arguments.size, &arguments.limits.limits(), |scene| {
+                scene.smooth_edges = is_smooth;
+            })
+        };
+        let (plain, smooth) = (loaded(false)?.prepared, loaded(true)?.prepared);
+        let renderer = |scene| {
+            found
+                .as_ref()
+                .map(|found| GpuRenderer::new(scene, found, Choice::Trusted))
+                .transpose()
+                .map_err(Error::from)
+        };
+        let mut gpu = renderer(&plain)?.zip(renderer(&smooth)?);
+        let gpu = gpu
+            .as_mut()
+            .map(|(plain, smooth)| [plain as &mut dyn Renderer, smooth]);
+        let rows = {
+            let bar = Bar::new();
+            let progress = |message: &str, fraction| bar.show(message.to_string(), fraction);
+            edges::measure([&plain, &smooth], gpu, arguments.frames, &progress)?
+        };
+        let [width, height] = plain.size;
+        say(format_args!("{}, {width} × {height}", path.display()))?;
+        for ((factor, is_smooth), row) in edges::VARIANTS.into_iter().zip(rows) {
+            let ratio = |summary: Option<Summary>| match summary {
+                Some(summary) => format!("{:.2}", summary.median),
+                None => "-".to_string(),
+            };
+            say(format_args!(
+                "  {} a pixel{}: FLIP {:.4}, RMSE {:.2} of 255, time {} and {}",
+                match factor {
+                    1 => "1 sample".to_string(),
+                    _ => format!("{} samples", factor * factor),
+                },
+                if is_smooth { ", smooth edges" } else { "" },
+                row.flip,
+                row.rmse,
+                ratio(row.ratios[0]),
+                ratio(row.ratios[1])
+            ))?;
+        }
+    }
+    Ok(())
 }
 
 fn report(name: &str, times: &[f64]) -> anyhow::Result<()> {

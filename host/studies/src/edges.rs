@@ -1,0 +1,120 @@
+//! Error and cost of smooth edges, beside those of more samples.
+
+use crate::bench::Summary;
+use crate::perceptual::difference;
+use relievo::Error;
+use relievo::picture::Picture;
+use relievo::prepare::PreparedScene;
+use relievo::render::{CpuRenderer, Renderer};
+use std::time::Instant;
+
+/// Samples per pixel side of the reference.
+pub const REFERENCE: u32 = 16;
+/// The variants: samples per pixel side, and whether edges are smooth.
+pub const VARIANTS: [(u32, bool); 4] = [(1, false), (1, true), (2, false), (2, true)];
+
+/// Error and cost of a variant.
+#[derive(Clone, Copy, Debug)]
+pub struct Row {
+    /// Mean FLIP difference from 256 samples a pixel.
+    pub flip: f64,
+    /// Root of the mean squared difference from them, steps of 8 bits.
+    pub rmse: f64,
+    /// Time of a frame over that of the first variant, of the same round, by renderer.
+    pub ratios: [Option<Summary>; 2],
+}
+
+/// Measures all variants of a scene, prepared without and with smooth edges. `gpu` has a renderer
+/// of each, to be timed, too.
+///
+/// # Errors
+/// [`Error`] if a renderer fails; the reference needs 12 KB a pixel.
+pub fn measure(
+    scenes: [&PreparedScene; 2],
+    mut gpu: Option<[&mut dyn Renderer; 2]>,
+    frames: u32,
+    progress: &dyn Fn(&str, f64),
+) -> Result<[Row; 4], Error> {
+    let [plain, smooth] = scenes;
+    progress("reference", 0.0);
+    let words = CpuRenderer::new(plain).color(&plain.frame_with_samples(REFERENCE))?;
+    let reference = Picture::develop(&words, REFERENCE, &plain.development)?;
+    drop(words);
+    let mut cpu = [plain, smooth].map(CpuRenderer::new);
+    let mut times = [(); 2].map(|()| [(); 4].map(|()| Vec::new()));
+    let mut pictures = Vec::new();
+    for round in 0..=frames {
+        progress("frames", f64::from(round) / f64::from(frames + 1));
+        for (variant, (factor, is_smooth)) in VARIANTS.into_iter().enumerate() {
+            let which = usize::from(is_smooth);
+            let frame = plain.frame_with_samples(factor);
+            let start = Instant::now();
+            let words = cpu[which].color(&frame)?;
+            let cpu_time = start.elapsed().as_secs_f64();
+            let start = Instant::now();
+            let is_gpu = match &mut gpu {
+                Some(renderers) => renderers[which].color(&frame).map(|_| true)?,
+                None => false,
+            };
+            let gpu_time = start.elapsed().as_secs_f64();
+            if round == 0 {
+                // To warm up, and for the errors.
+                pictures.push(Picture::develop(&words, factor, &plain.development)?);
+                continue;
+            }
+            times[0][variant].push(cpu_time);
+            if is_gpu {
+                times[1][variant].push(gpu_time);
+            }
+        }
+    }
+    Ok(std::array::from_fn(|variant| Row {
+        flip: difference(&reference, &pictures[variant]),
+        rmse: rmse(&reference, &pictures[variant]),
+        ratios: [0, 1].map(|at| Summary::of_ratios(&times[at][variant], &times[at][0])),
+    }))
+}
+
+/// Returns the root of the mean squared difference, steps of 8 bits.
+fn rmse(reference: &Picture, picture: &Picture) -> f64 {
+    let pairs = reference.bytes.iter().zip(&picture.bytes);
+    let sum: f64 = pairs
+        .map(|(a, b)| (f64::from(*a) - f64::from(*b)).powi(2))
+        .sum();
+    (sum / reference.bytes.len().max(1) as f64).sqrt()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use relievo::prepare::prepare;
+    use relievo::scene::Scene;
+    use relievo::{Files, Limits};
+    use std::path::Path;
+
+    #[test]
+    fn smooth_edges_are_nearer_to_many_samples() {
+        let quad = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nf 1 2 3 4\n";
+        let prepared = [false, true].map(|is_smooth| {
+            let files = Files::memory([("quad.obj".into(), quad.as_bytes().into())]);
+            let text = format!(
+                "[image]\nsize = [96, 72]\nsmooth_edges = {is_smooth}\n\
+                 [camera]\neye = [0.6, 0.4, 1]\ntarget = [0.5, 0.5, 0]\nfov = 40\n\
+                 [environment]\n[[light]]\ndirection = [1, 2, 3]\n\
+                 [[object]]\nmesh = \"quad.obj\"\nshape = {{ text = \"Ra\" }}\n\
+                 projection = \"planar-z\"\ndepth = 0.05\n"
+            );
+            let scene = Scene::parse_with(&text, Path::new(""), &Limits::default(), files).unwrap();
+            prepare(&scene, &|_| ()).unwrap()
+        });
+        let [plain, smooth] = &prepared;
+        let rows = measure([plain, smooth], None, 1, &|_, _| ()).unwrap();
+        let [one, smooth, four, both] = rows.map(|row| row.rmse);
+        assert!(smooth < 0.5 * one, "{one} {smooth}");
+        assert!(both < 0.6 * four, "{four} {both}");
+        assert!(
+            rows.iter()
+                .all(|row| row.ratios[0].is_some() && row.ratios[1].is_none())
+        );
+    }
+}

@@ -1,0 +1,200 @@
+//! The edge that a hit knows: where its surface ends on the picture, for smooth edges.
+//!
+//! A cap ends at its outline, a floor at the foot of the sides, and a side at the cap. The
+//! distance map tells how far that is, and the tangent plane how many pixels that are.
+
+use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
+use crate::layout::vec3;
+use crate::model::{Hit, Normals, Ray};
+use crate::normals::{CLASS_CAP, CLASS_FLOOR};
+use crate::profile::Profile;
+use crate::{Real, Vec2, Vec3};
+
+/// The bits of the code of an edge: those of the distance, then those of the direction.
+pub const BITS: (u32, u32) = (7, 6);
+/// The code of an edge that is not near, and the steps of a pixel.
+const FAR_AWAY: u32 = 127;
+const STEPS: Real = 126.0;
+/// Steps of a quarter turn.
+const TURNS: Real = 16.0;
+
+/// The edge of a surface on the picture, taken for straight.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Whether it is at most a pixel away; the rest is meaningless if not.
+    pub is_near: bool,
+    /// Distance from the pixel's centre, pixels.
+    pub distance: Real,
+    /// Unit direction towards it, on the picture: right and down.
+    pub direction: Vec2,
+}
+
+/// Returns the code of the edge of a hit with these `normals`. `distance` and `gradient` are
+/// those of the map there, and `slopes` are ∇u and ∇v.
+#[inline]
+pub fn code(
+    ray: &Ray<'_>,
+    hit: &Hit,
+    normals: &Normals,
+    distance: Real,
+    gradient: Vec2,
+    slopes: [Vec3; 2],
+) -> u32 {
+    let Ray {
+        frame,
+        object,
+        direction,
+    } = *ray;
+    let normal = normals.carved;
+    // How far the edge is, in any unit, and how that changes in space.
+    let is_cap = hit.class == CLASS_CAP;
+    let (distance, gradient) = if is_cap || hit.class == CLASS_FLOOR {
+        let profile = Profile::new(object);
+        let (to_edge, sign) = if is_cap {
+            (-profile.upright_gap(distance), -1.0)
+        } else {
+            (distance - profile.largest_radius(), 1.0)
+        };
+        // In the middle of a groove the differences are too small, but the distance is right.
+        let away = normalize_or(Vec2::new(kept(gradient.x), kept(gradient.y)), Vec2::X);
+        let [width, height] = object.map_size;
+        let slope = away * Vec2::new(width, height) * sign;
+        (to_edge, slopes[0] * slope.x + slopes[1] * slope.y)
+    } else {
+        (hit.depth_fraction * object.depth, -normals.smooth)
+    };
+    let gradient = kept3(gradient);
+    // How it changes from pixel to pixel on the tangent plane.
+    let depth = hit.t * direction.dot(vec3(frame.forward));
+    let facing = div(1.0, min(kept(normal.dot(direction)), -1e-3));
+    let change = |step: Vec3| {
+        let along = (step - direction * (kept(normal.dot(step)) * facing)) * depth;
+        kept(gradient.dot(kept3(along)))
+    };
+    let towards = -Vec2::new(change(vec3(frame.ray_right)), change(vec3(frame.ray_down)));
+    let rate = sqrt(kept(towards.dot(towards)));
+    let pixels = max(div(kept(distance), max(rate, 1e-12)), 0.0);
+    let steps = (clamp(pixels, 0.0, 2.0) * STEPS + 0.5) as u32;
+    let steps = if steps < FAR_AWAY { steps } else { FAR_AWAY };
+    steps | turn_of(towards) << BITS.0
+}
+
+/// Returns the code of a direction: its place on the square |x| + |y| = 1.
+#[inline]
+fn turn_of(v: Vec2) -> u32 {
+    let x = div(v.x, max(abs(v.x) + abs(v.y), 1e-12));
+    let turn = if v.y < 0.0 { 3.0 + x } else { 1.0 - x };
+    (clamp(turn, 0.0, 4.0) * TURNS + 0.5) as u32 & ((1 << BITS.1) - 1)
+}
+
+/// Returns the unit vector of a code of [`turn_of`].
+#[inline]
+fn from_turn(code: u32) -> Vec2 {
+    const TURN: Real = 1.0 / 16.0;
+    let turn = code as i32 as Real * TURN;
+    let is_up = turn > 2.0;
+    let x = if is_up { turn - 3.0 } else { 1.0 - turn };
+    let y = 1.0 - abs(x);
+    let v = Vec2::new(x, if is_up { -y } else { y });
+    v * div(1.0, sqrt(v.dot(v)))
+}
+
+impl Edge {
+    /// Returns the edge of a [`code`].
+    #[inline]
+    pub fn from_code(code: u32) -> Edge {
+        const STEP: Real = 1.0 / 126.0;
+        let steps = code & FAR_AWAY;
+        Edge {
+            is_near: steps != FAR_AWAY,
+            distance: steps as i32 as Real * STEP,
+            direction: from_turn(code >> BITS.0),
+        }
+    }
+}
+
+#[cfg(test)]
+#[allow(clippy::disallowed_methods)] // Never compiled for a device.
+mod tests {
+    use super::*;
+    use crate::camera::tests::frame;
+    use crate::layout::Object;
+    use crate::normals::CLASS_WALL;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn directions_survive_their_code(angle in -3.2f32..3.2, length in 1e-3f32..1e3) {
+            let v = Vec2::new(angle.cos(), angle.sin());
+            let found = from_turn(turn_of(v * length));
+            // Half a step, at most 4.6 degrees where the square is nearest.
+            prop_assert!(found.dot(v) > 0.998, "{v} {found}");
+        }
+    }
+
+    /// Returns the edge at `x` of a plane z = −2 with 4 texels a unit, seen from 0, whose pattern
+    /// ends at 0.5.
+    fn found(class: u32, depth_fraction: f32, x: f32) -> Edge {
+        let object = Object {
+            map_size: [4.0, 4.0],
+            depth: 0.1,
+            ..Object::default()
+        }
+        .complete();
+        let mut frame = frame(Vec3::ZERO, Vec3::NEG_Z, 8, 8, 0.5);
+        // A pixel is 0.25 units wide on the plane.
+        frame.forward = [0.0, 0.0, -1.0];
+        let towards = Vec3::new(x - 0.5, 0.0, -2.0);
+        let ray = Ray {
+            frame: &frame,
+            object: &object,
+            direction: towards.normalize(),
+        };
+        let hit = Hit {
+            class,
+            depth: 0.0,
+            t: towards.length(),
+            uv: Vec2::new(x, 0.5),
+            repeat: Vec2::ZERO,
+            depth_fraction,
+            steps: 0,
+        };
+        let carved = match class {
+            CLASS_WALL => Vec3::new(0.8, 0.0, 0.6),
+            _ => Vec3::Z,
+        };
+        let normals = Normals {
+            carved,
+            smooth: Vec3::Z,
+        };
+        // Short, as in the middle of a groove.
+        let gradient = Vec2::new(0.3, 0.0);
+        let distance = 4.0 * (x - 0.5);
+        let slopes = [Vec3::X, Vec3::Y];
+        Edge::from_code(code(&ray, &hit, &normals, distance, gradient, slopes))
+    }
+
+    #[test]
+    fn a_cap_ends_at_its_outline_and_a_floor_at_the_foot() {
+        // 0.1 units are 0.4 pixels.
+        let cap = found(CLASS_CAP, 0.0, 0.4);
+        assert!(cap.is_near && (cap.distance - 0.4).abs() < 0.01, "{cap:?}");
+        assert_eq!(cap.direction, Vec2::X);
+        let floor = found(CLASS_FLOOR, 1.0, 0.6);
+        assert!(floor.is_near && (floor.distance - 0.4).abs() < 0.01);
+        assert_eq!(floor.direction, Vec2::NEG_X);
+        assert!(!found(CLASS_CAP, 0.0, 0.15).is_near);
+    }
+
+    #[test]
+    fn a_side_ends_at_the_cap() {
+        // It falls by 4 units for 3 to the right, and the ray is straight: 0.06 units down are
+        // 0.045 to the right, 0.18 pixels, where the cap is to the left.
+        let side = found(CLASS_WALL, 0.6, 0.5);
+        assert!(
+            side.is_near && (side.distance - 0.18).abs() < 0.01,
+            "{side:?}"
+        );
+        assert_eq!(side.direction, Vec2::NEG_X);
+    }
+}

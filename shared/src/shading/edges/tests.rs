@@ -1,0 +1,193 @@
+use super::*;
+use crate::camera::tests::frame;
+use crate::gbuffer::octahedral;
+use proptest::prelude::*;
+use std::vec::Vec;
+
+const SIDE: u32 = 8;
+
+/// A picture of `SIDE`² pixels.
+struct Picture(Vec<(UVec4, UVec4)>);
+
+impl Hits for Picture {
+    fn words(&self, x: u32, y: u32) -> (UVec4, UVec4) {
+        self.0[(y * SIDE + x) as usize]
+    }
+}
+
+/// Looks along −z; a pixel is 0.01 wide at distance 1.
+fn looking() -> Frame {
+    frame(Vec3::ZERO, Vec3::NEG_Z, SIDE, SIDE, 0.04)
+}
+
+/// Returns the words of a hit.
+fn hit(class: u32, finish: u32, t: f32, normal: Vec3, edge: u32) -> (UVec4, UVec4) {
+    let place = UVec4::new(t.to_bits(), 0, 0, 1.0f32.to_bits());
+    let (distance, direction) = (edge & 0x7f, edge >> 7);
+    let bits = class | finish << 5 | distance << 17 | 0xff << 24;
+    let surface = UVec4::new(
+        bits,
+        octahedral(normal),
+        octahedral(Vec3::X),
+        direction << 26,
+    );
+    (place, surface)
+}
+
+/// No edge is near.
+const FAR: u32 = 0x7f;
+
+/// Draws what `of` says of the ray through each pixel's centre.
+fn draw(frame: &Frame, of: impl Fn(Vec3) -> (UVec4, UVec4)) -> Picture {
+    let pixels = (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE));
+    Picture(
+        pixels
+            .map(|(x, y)| of(through(frame, x as f32, y as f32)))
+            .collect(),
+    )
+}
+
+/// Returns the hit of `ray` on the plane through `point`.
+fn on_plane(ray: Vec3, point: Vec3, normal: Vec3) -> Vec3 {
+    ray * (point.dot(normal) / ray.dot(normal))
+}
+
+proptest! {
+    #[test]
+    fn two_planes_meet_where_their_line_is(
+        at in -0.018f32..0.018,
+        left in 0.3f32..2.5,
+        right in 0.3f32..2.5,
+    ) {
+        // A ridge along y at x = `at`, whose sides fall to the left and the right.
+        let frame = looking();
+        let ridge = Vec3::new(at, 0.0, -1.0);
+        let sides = [Vec3::new(-left, 0.0, 1.0), Vec3::new(right, 0.0, 1.0)];
+        let picture = draw(&frame, |ray| {
+            let normal = sides[usize::from(ray.x > at)].normalize();
+            hit(CLASS_WALL, 0, on_plane(ray, ridge, normal).length(), normal, FAR)
+        });
+        for x in 0..SIDE {
+            let found = division(&frame, &picture, x, 4);
+            let centre = through(&frame, x as f32, 4.0).x / 0.01;
+            // The part of the pixel on the other side of the ridge.
+            let beyond = 0.5 - (centre - at / 0.01).abs();
+            let expected = beyond.max(0.0);
+            let others = found.before + found.after;
+            prop_assert!((others - expected).abs() < 0.02, "{x}: {others} {expected}");
+            prop_assert!(found.between == 0.0 && !found.is_down);
+        }
+    }
+
+    #[test]
+    fn shares_survive_their_code(before in 0.0f32..0.5, after in 0.0f32..0.5, is_down: bool) {
+        let side = Between { step: IVec2::ZERO, ends: NONE };
+        let division = Division { is_down, before, after, between: 0.0, side };
+        let (class, shares) = from_code(division.code(CLASS_FLOOR));
+        prop_assert_eq!((class, shares.is_down), (CLASS_FLOOR, is_down));
+        prop_assert!((shares.before - before).abs() < 1e-3);
+        prop_assert!((shares.after - after).abs() < 1e-3);
+    }
+}
+
+#[test]
+fn an_even_surface_and_the_border_of_the_picture_are_no_edges() {
+    let frame = looking();
+    let tilted = Vec3::new(0.9, 0.3, 0.3).normalize();
+    let picture = draw(&frame, |ray| {
+        let at = on_plane(ray, Vec3::new(0.0, 0.0, -1.0), tilted);
+        hit(CLASS_CAP, 0, at.length(), tilted, FAR)
+    });
+    for i in 0..SIDE * SIDE {
+        let found = division(&frame, &picture, i % SIDE, i / SIDE);
+        assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
+    }
+}
+
+#[test]
+fn a_ball_ends_at_its_horizon() {
+    // 3.3 pixels wide and high; it turns away evenly.
+    let frame = looking();
+    let centre = Vec3::new(0.002, -0.001, -1.0);
+    let radius = 0.033;
+    let picture = draw(&frame, |ray| {
+        let direction = ray.normalize();
+        let middle = direction.dot(centre);
+        let square = radius * radius - (centre.length_squared() - middle * middle);
+        if square < 0.0 {
+            return (UVec4::ZERO, UVec4::ZERO);
+        }
+        let t = middle - square.sqrt();
+        hit(CLASS_CAP, 0, t, (direction * t - centre) / radius, FAR)
+    });
+    let mut covered = 0.0;
+    for i in 0..SIDE * SIDE {
+        let (x, y) = (i % SIDE, i / SIDE);
+        let found = division(&frame, &picture, x, y);
+        let step = |sign: i32| match found.is_down {
+            true => (x as i32, y as i32 + sign),
+            false => (x as i32 + sign, y as i32),
+        };
+        let is_hit = |(x, y): (i32, i32)| {
+            let is_inside = (0..SIDE as i32).contains(&x) && (0..SIDE as i32).contains(&y);
+            is_inside && picture.words(x as u32, y as u32).1.x != 0
+        };
+        covered += (1.0 - found.before - found.after)
+            * f32::from(u8::from(is_hit((x as i32, y as i32))))
+            + found.before * f32::from(u8::from(is_hit(step(-1))))
+            + found.after * f32::from(u8::from(is_hit(step(1))));
+    }
+    let area = std::f32::consts::PI * (radius / 0.01).powi(2);
+    assert!((covered / area - 1.0).abs() < 0.02, "{covered} {area}");
+}
+
+/// Draws a cap at z = −1 up to x = `outline`, and a floor at −1.02 that is seen from x = `foot`
+/// on, or from the outline on.
+fn draw_step(frame: &Frame, outline: f32, foot: f32) -> Picture {
+    let code = |pixels: f32, turn: u32| match pixels < 1.0 {
+        true => (pixels * 126.0).round() as u32 | turn << 7,
+        false => FAR,
+    };
+    draw(frame, |ray| {
+        if ray.x < outline {
+            let edge = code((outline - ray.x) / 0.01, 0);
+            hit(CLASS_CAP, 7, ray.length(), Vec3::Z, edge)
+        } else {
+            // Two quarter turns: to the left.
+            let edge = code((ray.x - foot).abs() / 0.01, 32);
+            hit(CLASS_FLOOR, 7, 1.02 * ray.length(), Vec3::Z, edge)
+        }
+    })
+}
+
+#[test]
+fn a_side_that_no_pixel_shows_is_found() {
+    // 0.3 pixels of it lie in pixel 3, and 0.1 in pixel 4.
+    let frame = looking();
+    let picture = draw_step(&frame, -0.003, 0.001);
+    for (x, width) in [(2, 0.0), (3, 0.3), (4, 0.1), (5, 0.0)] {
+        let found = division(&frame, &picture, x, 3);
+        assert!((found.between - width).abs() < 0.01, "{x}: {found:?}");
+        assert_eq!((found.before, found.after), (0.0, 0.0));
+        if width > 0.0 {
+            let (direction, hit) = side(&frame, &picture, x, 3, &found);
+            assert_eq!((hit.class, hit.finish), (CLASS_WALL, 7));
+            assert!(hit.normal.dot(Vec3::X) > 0.999, "{}", hit.normal);
+            let place = direction * hit.t;
+            let middle = Vec3::new(-0.001, 0.005, -1.01);
+            assert!((place - middle).length() < 1e-3, "{place}");
+        }
+    }
+}
+
+#[test]
+fn a_cap_hides_the_foot_behind_it() {
+    let frame = looking();
+    let picture = draw_step(&frame, 0.002, -0.001);
+    let found = division(&frame, &picture, 4, 3);
+    // Pixel 4 begins at 0, and the floor in it at 0.002.
+    assert!((found.before - 0.2).abs() < 0.01, "{found:?}");
+    assert_eq!((found.after, found.between), (0.0, 0.0));
+    let found = division(&frame, &picture, 3, 3);
+    assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
+}
