@@ -12,8 +12,9 @@ use crate::{Real, Vec2, Vec3};
 
 /// The bits of the code of an edge: those of the distance, then those of the direction.
 pub const BITS: (u32, u32) = (7, 6);
-/// The code of an edge that is not near, and the steps of a pixel.
-const FAR_AWAY: u32 = 127;
+/// The code of an edge that is not near, or not known.
+pub const FAR_AWAY: u32 = 127;
+/// Steps of a pixel.
 const STEPS: Real = 126.0;
 /// Steps of a quarter turn.
 const TURNS: Real = 16.0;

@@ -170,7 +170,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
         let slopes = [gradient_u, gradient_v];
         edge::code(ray, hit, &normals, distance, gradient, slopes)
     } else {
-        0
+        edge::FAR_AWAY
     };
     let edge_distance = edge & ((1 << edge::BITS.0) - 1);
     let edge_direction = edge >> edge::BITS.0;

@@ -26,7 +26,7 @@ const SPILL: [(&str, &str, &[&str]); 7] = [
     // Six registers.
     ("RDNA2", "relievo_fused", PRISMS.split_at(6).1),
     ("RDNA2", "relievo_fast", PRISMS.split_at(6).1),
-    // Four to nine registers.
+    // Four to eleven registers.
     ("RDNA2", "relievo_exact", &["shade_edges"]),
     ("RDNA2", "relievo_fused", &["shade_edges"]),
     ("RDNA2", "relievo_fast", &["shade_edges"]),

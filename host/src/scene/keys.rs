@@ -132,7 +132,7 @@ pub static IMAGE: &[Key<Scene>] = &[
             None => false,
         },
     ),
-    key!(Scene, "smooth_edges", smooth_edges: bool, "Blends pixels at edges with their neighbours, in a scene with materials, lights or an environment: at one sample a pixel about as good as `supersample`, and with it better."),
+    key!(Scene, "smooth_edges", smooth_edges: bool, "Blends pixels at edges with their neighbours, in a scene with materials, lights or an environment: better edges at one sample a pixel, and with `supersample` still better."),
     key!(Scene, "background", background: Color, "Colour where no object is.").range(0.0, 1.0),
     key!(Scene, "transparent", development.is_transparent: bool, "Makes the background transparent, for compositing."),
     key!(Scene, "exposure", development.exposure: f64, "Exposure: each stop doubles the light of the objects.")

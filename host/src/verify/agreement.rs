@@ -18,6 +18,7 @@
 
 use crate::render::{ColorWords, GeometryWords};
 use relievo_bitwise::{Batch, Tally};
+use relievo_shared::shading::edges::from_code;
 
 /// Names of the words of a pixel of [`ColorWords`].
 pub const COLOR_NAMES: [&str; 4] = ["red", "green", "blue", "class"];
@@ -80,7 +81,7 @@ pub fn compare(color: [&ColorWords; 2], geometry: [&GeometryWords; 2]) -> Agreem
         ..Agreement::default()
     };
     for (gpu, cpu) in gpu.words.iter().zip(&cpu.words) {
-        agreement.class_pixels += usize::from(gpu[3] != cpu[3]);
+        agreement.class_pixels += usize::from(from_code(gpu[3]).0 != from_code(cpu[3]).0);
         for channel in 0..3 {
             let difference = (f32::from_bits(gpu[channel]) - f32::from_bits(cpu[channel])).abs();
             agreement.largest_color_difference =

@@ -8,11 +8,13 @@
 //! A pixel is divided along one axis, that along which less of it is its own: an edge that
 //! crosses both meets the other one at a flatter angle.
 
+use super::Tables;
+use super::material::finish_of;
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::camera::through;
 use crate::gbuffer::Sample;
 use crate::layout::{Frame, vec3};
-use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
+use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
 use crate::{Real, Vec2, Vec3};
 use glam::{IVec2, UVec4};
 
@@ -158,18 +160,35 @@ impl Pixel {
     }
 }
 
-/// Returns where the surfaces of `own`, pixel `at`, and of `other`, its neighbour along `step`,
-/// end; `along` is the change of the ray.
+/// Returns whether `other` may be where the carving goes on beyond the edge of `even`, a cap or a
+/// floor: below the one, above the other, and by no more than its depth.
 #[inline]
-fn ends<H: Hits + ?Sized>(
+fn goes_on<T: Tables + ?Sized>(tables: &T, even: &Pixel, other: &Pixel, pixel: Real) -> bool {
+    let depth = tables.finish(finish_of(&even.hit)).depth * even.hit.unit;
+    let way = kept3(other.ray * other.depth - even.ray * even.depth);
+    let above = kept(even.hit.normal.dot(way));
+    let beyond = if even.hit.class == CLASS_CAP {
+        -above
+    } else {
+        above
+    };
+    let slack = STEP * depth + pixel * even.depth;
+    beyond > -slack && beyond < depth + slack
+}
+
+/// Returns where the surfaces of `own`, pixel `at`, and of `other`, its neighbour along `step`,
+/// end.
+#[inline]
+fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
     frame: &Frame,
     hits: &H,
     at: IVec2,
     own: &Pixel,
     other: &Pixel,
     step: IVec2,
-    along: Vec3,
 ) -> Ends {
+    let along = ray_step(frame, step);
     if !own.is_hit() && !other.is_hit() {
         return NONE;
     }
@@ -178,9 +197,17 @@ fn ends<H: Hits + ?Sized>(
     let mut is_own_nearer = own.is_hit();
     if own.is_hit() && other.is_hit() {
         let (class, other_class) = (own.hit.class, other.hit.class);
-        if own.hit.finish == other.hit.finish && class != other_class {
+        let pixel = sqrt(along.dot(along));
+        let is_even = |class: u32| class == CLASS_CAP || class == CLASS_FLOOR;
+        let is_one = own.hit.finish == other.hit.finish && class != other_class;
+        // By value: a GPU does not choose between references.
+        let (even, beyond) = if is_even(class) {
+            (*own, *other)
+        } else {
+            (*other, *own)
+        };
+        if is_one && is_even(even.hit.class) && goes_on(tables, &even, &beyond, pixel) {
             let (mut end, mut begin) = (known, known_other);
-            let is_even = |class: u32| class == CLASS_CAP || class == CLASS_FLOOR;
             // A cap hides what is behind its edge.
             if class == CLASS_CAP && other_class == CLASS_FLOOR && end <= 1.0 {
                 begin = max(end, begin);
@@ -200,7 +227,6 @@ fn ends<H: Hits + ?Sized>(
                 };
             }
         }
-        let pixel = sqrt(along.dot(along));
         if own.leads_to(other, pixel) && other.leads_to(own, pixel) {
             return NONE;
         }
@@ -217,7 +243,6 @@ fn ends<H: Hits + ?Sized>(
         }
         is_own_nearer = first > 0.0;
     }
-    // By value: a GPU does not choose between references.
     let (nearer, before) = if is_own_nearer {
         (*own, at - step)
     } else {
@@ -239,7 +264,13 @@ fn ends<H: Hits + ?Sized>(
 
 /// Returns how pixel (`x`, `y`) of `frame` is divided.
 #[inline]
-pub fn division<H: Hits + ?Sized>(frame: &Frame, hits: &H, x: u32, y: u32) -> Division {
+pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    hits: &H,
+    x: u32,
+    y: u32,
+) -> Division {
     let at = IVec2::new(x as i32, y as i32);
     let own = Pixel::new(frame, hits, at);
     let nothing = Division {
@@ -275,8 +306,7 @@ pub fn division<H: Hits + ?Sized>(frame: &Frame, hits: &H, x: u32, y: u32) -> Di
         let size = IVec2::new(frame.size[0] as i32, frame.size[1] as i32);
         if next.x >= 0 && next.y >= 0 && next.x < size.x && next.y < size.y {
             let other = Pixel::new(frame, hits, next);
-            let along = ray_step(frame, step);
-            let ends = ends(frame, hits, at, &own, &other, step, along);
+            let ends = ends(tables, frame, hits, at, &own, &other, step);
             let share = max(0.5 - ends.other, 0.0);
             if is_second {
                 axis.after = share;
@@ -315,7 +345,8 @@ fn ray_step(frame: &Frame, step: IVec2) -> Vec3 {
 /// Returns the side that `division` has found in pixel (`x`, `y`), between the cap and the floor
 /// of two pixels: the direction towards its middle, and what is there.
 #[inline]
-pub fn side<H: Hits + ?Sized>(
+pub fn side<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
     frame: &Frame,
     hits: &H,
     x: u32,
@@ -329,33 +360,57 @@ pub fn side<H: Hits + ?Sized>(
     let along = ray_step(frame, step);
     let (inverse, slope) = own.inverse(along);
     let (other_inverse, other_slope) = other.inverse(along);
-    let first = max(inverse + slope * ends.own, 1e-18);
-    let last = max(other_inverse - other_slope * (1.0 - ends.other), 1e-18);
+    let first = max(inverse + slope * ends.own, 0.5 * inverse);
+    let last = max(
+        other_inverse - other_slope * (1.0 - ends.other),
+        0.5 * other_inverse,
+    );
     let depth = 0.5 * (div(1.0, first) + div(1.0, last));
     let ray = own.ray + along * (0.5 * (ends.own + ends.other));
     let length = sqrt(ray.dot(ray));
     let is_own_cap = own.hit.class == CLASS_CAP;
     let cap = if is_own_cap { own } else { other };
-    let outward = if is_own_cap { along } else { -along };
     // The outline lies on the cap's plane, and on the picture across the way to it.
     let to_edge = cap.hit.edge.direction;
     let across = vec3(frame.ray_down) * to_edge.x - vec3(frame.ray_right) * to_edge.y;
     let on_cap = across - cap.ray * div(kept(cap.hit.normal.dot(across)), cap.facing());
     let outline = normalize_or(kept3(on_cap), cap.hit.tangent);
-    let normal = normalize_or(kept3(outline.cross(cap.hit.normal)), cap.hit.normal);
-    let normal = if kept(normal.dot(outward)) < 0.0 {
-        -normal
+    let smooth = cap.hit.normal;
+    let upright = normalize_or(kept3(outline.cross(smooth)), smooth);
+    // It is seen.
+    let upright = if kept(upright.dot(ray)) > 0.0 {
+        -upright
     } else {
-        normal
+        upright
+    };
+    let finish = tables.finish(finish_of(&cap.hit));
+    let density = tables.facet(finish.first_facet + cap.hit.facet).density[0];
+    let lean = div(finish.growth, max(density * finish.depth, 1e-12));
+    let normal = normalize_or(kept3(upright + smooth * lean), upright);
+    // The axes of pictures, as on sides that are hit.
+    let along_u = cap.hit.tangent;
+    let bitangent = smooth.cross(along_u);
+    let along_v = if cap.hit.is_mirrored {
+        -bitangent
+    } else {
+        bitangent
+    };
+    let is_along_v = abs(outline.dot(along_u)) < abs(outline.dot(along_v));
+    let growing = if is_along_v { along_v } else { along_u };
+    let tangent = if kept(outline.dot(growing)) < 0.0 {
+        -outline
+    } else {
+        outline
     };
     let floor_openness = min(own.hit.openness, other.hit.openness);
     let hit = Sample {
-        class: CLASS_WALL,
+        class: finish.side,
         t: depth * length,
         depth_fraction: 0.5,
         normal,
-        tangent: outline,
-        is_along_v: abs(outline.dot(cap.hit.tangent)) < 0.7,
+        tangent,
+        is_mirrored: kept(normal.cross(tangent).dot(smooth)) > 0.0,
+        is_along_v,
         // A wall sees half of what its foot does, and the floor's half.
         openness: 0.25 + 0.25 * floor_openness,
         ..cap.hit

@@ -71,6 +71,10 @@ pub struct Finish {
     pub cells: Image,
     /// Decides how cells vary.
     pub seed: u32,
+    /// How far the pattern grows from cap to floor, repeats along u.
+    pub growth: Real,
+    /// The class of most of a side, one of the `CLASS_` constants.
+    pub side: u32,
 }
 
 /// Number of finishes of an object: one for each class that is hit, in the order of the
@@ -172,7 +176,7 @@ pub const REFLECTANCE_SIZE: u32 = 32;
 const _: () = {
     use core::mem::size_of;
     assert!(size_of::<Image>() == 16 && size_of::<Material>() == 124);
-    assert!(size_of::<Finish>() == 168 && size_of::<FacetScale>() == 16);
+    assert!(size_of::<Finish>() == 176 && size_of::<FacetScale>() == 16);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
     assert!(size_of::<Lighting>() == 160);
 };

@@ -75,7 +75,7 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
     let (place, surface) = hits.words(x, y);
     let hit = Sample::from_words(place, surface);
     let direction = pixel_ray(frame, x, y);
-    let division = edges::division(frame, hits, x, y);
+    let division = edges::division(tables, frame, hits, x, y);
     let (mut rgb, class) = if hit.class == CLASS_MISS {
         missed(tables, lighting, direction)
     } else {
@@ -91,7 +91,7 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
             let share = if is_side { between } else { 1.0 - between };
             if share > 0.0 {
                 let (ray, hit) = if is_side {
-                    edges::side(frame, hits, x, y, &division)
+                    edges::side(tables, frame, hits, x, y, &division)
                 } else {
                     (direction, hit)
                 };

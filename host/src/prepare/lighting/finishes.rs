@@ -10,6 +10,8 @@ use crate::mesh::MeshTriangle;
 use crate::scene::{self, Color, Coordinates, PhysicalMaterial, Scene, SceneObject};
 use rayon::prelude::*;
 use relievo_shared::gbuffer::{KNOWS_EDGES, MOST_FACETS, MOST_FINISHES};
+use relievo_shared::layout::FORMAT_PAPER;
+use relievo_shared::normals::{CLASS_BEVEL, CLASS_WALL};
 use relievo_shared::shading::layout::FINISHES;
 use relievo_shared::shading::{FacetScale, Finish, Image, Material};
 use std::path::PathBuf;
@@ -48,7 +50,11 @@ pub(super) fn finishes(
                 ),
             });
         }
-        prepared.parameters.finish = number | knows_edges;
+        // The paper's maps have no distances inside the pattern.
+        prepared.parameters.finish = match prepared.parameters.map_format {
+            FORMAT_PAPER => number,
+            _ => number | knows_edges,
+        };
         let triangles = &prepared.mesh.triangles;
         if triangles.len() > MOST_FACETS as usize {
             return Err(Error::Object {
@@ -100,6 +106,11 @@ pub(super) fn finishes(
                     false => Image::default(),
                 },
                 seed: prepared.number as u32,
+                growth: prepared.parameters.bevel * prepared.parameters.chamfer,
+                side: match prepared.parameters.bevel > 0.0 && prepared.parameters.chamfer >= 0.5 {
+                    true => CLASS_BEVEL,
+                    false => CLASS_WALL,
+                },
             });
         }
     }

@@ -188,9 +188,14 @@ impl Pipelines {
         &mut self,
         has_smooth_edges: bool,
     ) -> Result<&wgpu::BindGroupLayout, RenderError> {
-        let shade = self
-            .shade
-            .get_or_insert_with(|| ShadePipelines::new(&self.device));
+        let device = &self.device;
+        let made = match self.shade.take() {
+            Some(made) => made,
+            None => {
+                device.attempt(|| -> Result<_, RenderError> { Ok(ShadePipelines::new(device)) })?
+            }
+        };
+        let shade = self.shade.insert(made);
         shade.make(&self.device, &self.module, has_smooth_edges)?;
         Ok(&shade.tables)
     }

@@ -1,10 +1,60 @@
 use super::*;
 use crate::camera::tests::frame;
 use crate::gbuffer::octahedral;
+use crate::normals::{CLASS_BEVEL, CLASS_WALL};
+use crate::shading::{FacetScale, Finish, Light, ShadowMap};
+use crate::shape_map::Texels;
 use proptest::prelude::*;
 use std::vec::Vec;
 
 const SIDE: u32 = 8;
+
+/// One material, on a carving that is 0.02 deep.
+struct Materials(Finish, FacetScale);
+
+impl Materials {
+    fn new() -> Materials {
+        let finish = Finish {
+            depth: 0.02,
+            side: CLASS_WALL,
+            ..Finish::default()
+        };
+        let facet = FacetScale {
+            density: [2.0, 2.0],
+            ..FacetScale::default()
+        };
+        Materials(finish, facet)
+    }
+}
+
+impl Texels for Materials {
+    fn word(&self, _: u32) -> u32 {
+        unreachable!("no picture is read")
+    }
+}
+
+impl Tables for Materials {
+    fn finish(&self, _: u32) -> &Finish {
+        &self.0
+    }
+
+    fn facet(&self, _: u32) -> &FacetScale {
+        &self.1
+    }
+
+    fn light(&self, _: u32) -> &Light {
+        unreachable!("nothing is lit")
+    }
+
+    fn shadow_map(&self, _: u32) -> &ShadowMap {
+        unreachable!("nothing is lit")
+    }
+}
+
+/// Returns how pixel (`x`, `y`) of `picture` is divided.
+fn divided(frame: &Frame, picture: &Picture, x: u32, y: u32) -> Division {
+    division(&Materials::new(), frame, picture, x, y)
+}
 
 /// A picture of `SIDE`² pixels.
 struct Picture(Vec<(UVec4, UVec4)>);
@@ -68,7 +118,7 @@ proptest! {
             hit(CLASS_WALL, 0, on_plane(ray, ridge, normal).length(), normal, FAR)
         });
         for x in 0..SIDE {
-            let found = division(&frame, &picture, x, 4);
+            let found = divided(&frame, &picture, x, 4);
             let centre = through(&frame, x as f32, 4.0).x / 0.01;
             // The part of the pixel on the other side of the ridge.
             let beyond = 0.5 - (centre - at / 0.01).abs();
@@ -99,7 +149,7 @@ fn an_even_surface_and_the_border_of_the_picture_are_no_edges() {
         hit(CLASS_CAP, 0, at.length(), tilted, FAR)
     });
     for i in 0..SIDE * SIDE {
-        let found = division(&frame, &picture, i % SIDE, i / SIDE);
+        let found = divided(&frame, &picture, i % SIDE, i / SIDE);
         assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
     }
 }
@@ -123,7 +173,7 @@ fn a_ball_ends_at_its_horizon() {
     let mut covered = 0.0;
     for i in 0..SIDE * SIDE {
         let (x, y) = (i % SIDE, i / SIDE);
-        let found = division(&frame, &picture, x, y);
+        let found = divided(&frame, &picture, x, y);
         let step = |sign: i32| match found.is_down {
             true => (x as i32, y as i32 + sign),
             false => (x as i32 + sign, y as i32),
@@ -166,11 +216,11 @@ fn a_side_that_no_pixel_shows_is_found() {
     let frame = looking();
     let picture = draw_step(&frame, -0.003, 0.001);
     for (x, width) in [(2, 0.0), (3, 0.3), (4, 0.1), (5, 0.0)] {
-        let found = division(&frame, &picture, x, 3);
+        let found = divided(&frame, &picture, x, 3);
         assert!((found.between - width).abs() < 0.01, "{x}: {found:?}");
         assert_eq!((found.before, found.after), (0.0, 0.0));
         if width > 0.0 {
-            let (direction, hit) = side(&frame, &picture, x, 3, &found);
+            let (direction, hit) = side(&Materials::new(), &frame, &picture, x, 3, &found);
             assert_eq!((hit.class, hit.finish), (CLASS_WALL, 7));
             assert!(hit.normal.dot(Vec3::X) > 0.999, "{}", hit.normal);
             let place = direction * hit.t;
@@ -184,10 +234,70 @@ fn a_side_that_no_pixel_shows_is_found() {
 fn a_cap_hides_the_foot_behind_it() {
     let frame = looking();
     let picture = draw_step(&frame, 0.002, -0.001);
-    let found = division(&frame, &picture, 4, 3);
+    let found = divided(&frame, &picture, 4, 3);
     // Pixel 4 begins at 0, and the floor in it at 0.002.
     assert!((found.before - 0.2).abs() < 0.01, "{found:?}");
     assert_eq!((found.after, found.between), (0.0, 0.0));
-    let found = division(&frame, &picture, 3, 3);
+    let found = divided(&frame, &picture, 3, 3);
     assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
+}
+
+#[test]
+fn a_side_faces_the_eye_and_leans_as_its_bevel_does() {
+    // The ground, seen from 1 unit above at a flat angle; a cap in the upper half of the picture
+    // ends towards the eye.
+    let tilt = Vec3::new(0.0, -0.5, -1.0).normalize();
+    let frame = frame(Vec3::new(0.0, 1.0, 0.0), tilt, SIDE, SIDE, 0.04);
+    let up = |y: f32, ray: Vec3| ray * ((y - 1.0) / ray.y);
+    let code = 63;
+    let picture = {
+        let is_cap = |ray: Vec3| ray.y / ray.z < 0.498;
+        draw(&frame, |ray| match is_cap(ray) {
+            // The cap ends below, 0.5 pixels away, and the foot is 0.3 pixels above.
+            true => hit(CLASS_CAP, 1, up(0.0, ray).length(), Vec3::Y, code | 16 << 7),
+            false => hit(
+                CLASS_FLOOR,
+                1,
+                up(-0.02, ray).length(),
+                Vec3::Y,
+                38 | 48 << 7,
+            ),
+        })
+    };
+    let mut materials = Materials::new();
+    let pixels = (0..SIDE * SIDE).map(|i| (i % SIDE, i / SIDE));
+    let mut sides = 0;
+    for (x, y) in pixels {
+        let found = division(&materials, &frame, &picture, x, y);
+        if found.between == 0.0 {
+            continue;
+        }
+        sides += 1;
+        for (growth, class, expected) in [
+            (0.0, CLASS_WALL, Vec3::Z),
+            // As wide as it is deep: 45 degrees.
+            (0.04, CLASS_BEVEL, Vec3::new(0.0, 1.0, 1.0).normalize()),
+        ] {
+            (materials.0.growth, materials.0.side) = (growth, class);
+            let (direction, hit) = side(&materials, &frame, &picture, x, y, &found);
+            assert_eq!(hit.class, class);
+            assert!(hit.normal.dot(expected) > 0.99, "{x} {y}: {}", hit.normal);
+            assert!(hit.normal.dot(direction) < 0.0);
+        }
+    }
+    assert!(sides > 0);
+}
+
+#[test]
+fn edges_of_what_is_far_behind_do_not_count() {
+    // A cap of the same object, far in front of a floor whose foot is near.
+    let frame = looking();
+    let picture = draw(&frame, |ray| match ray.x < 0.0 {
+        true => hit(CLASS_CAP, 7, ray.length(), Vec3::Z, FAR),
+        false => hit(CLASS_FLOOR, 7, 3.0 * ray.length(), Vec3::Z, 25 | 32 << 7),
+    });
+    for x in [3, 4] {
+        let found = divided(&frame, &picture, x, 3);
+        assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
+    }
 }
