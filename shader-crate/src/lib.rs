@@ -18,12 +18,12 @@
 
 use relievo_shared::exit::{self, Exit, KnownExit};
 use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, known};
+use relievo_shared::gbuffer::Hits;
 use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
 use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::outline::{Outline, outline, outline_corner, prism_outline};
-use relievo_shared::shading::edges::Hits;
 use relievo_shared::shading::{self, FacetScale, Finish, Light, Lighting, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 use relievo_shared::walk::PrismList;

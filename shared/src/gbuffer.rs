@@ -6,7 +6,7 @@
 //! surface  class, flags, finish, edge, openness  normal  tangent  facet, edge
 //! ```
 //!
-//! The [edge] is there if the object's finish has the flag [`KNOWS_EDGES`].
+//! Only objects with the flag [`KNOWS_EDGES`] have [edges](edge).
 //!
 //! Normal and tangent are unit vectors in world axes, in octahedral form. The tangent is the
 //! direction of growing u on caps and floors, and runs along the outline on walls and bevels.
@@ -114,6 +114,19 @@ pub fn from_octahedral(code: u32) -> Vec3 {
     normalize_or(Vec3::new(folded.x, folded.y, z), Vec3::Z)
 }
 
+/// A picture of hits.
+pub trait Hits {
+    /// Returns the words of pixel (`x`, `y`), which is in the picture: place and surface.
+    fn words(&self, x: u32, y: u32) -> (UVec4, UVec4);
+
+    /// Returns what pixel (`x`, `y`) hits.
+    #[inline]
+    fn sample(&self, x: u32, y: u32) -> Sample {
+        let (place, surface) = self.words(x, y);
+        Sample::from_words(place, surface)
+    }
+}
+
 /// Returns the words of a hit: place and surface; `drawn` is the facet that was drawn.
 #[inline]
 pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
@@ -166,14 +179,12 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     }
     let density = sqrt(across.dot(across));
     let open = openness(object, texels, hit, distance, gradient, density);
-    let edge = if knows_edges {
+    let (edge_distance, edge_direction) = if knows_edges {
         let slopes = [gradient_u, gradient_v];
-        edge::code(ray, hit, &normals, distance, gradient, slopes)
+        edge::codes(ray, hit, &normals, distance, gradient, slopes)
     } else {
-        edge::FAR_AWAY
+        (edge::FAR_AWAY, 0)
     };
-    let edge_distance = edge & ((1 << edge::BITS.0) - 1);
-    let edge_direction = edge >> edge::BITS.0;
     let depth_fraction = (clamp(hit.depth_fraction, 0.0, 1.0) * STEPS + 0.5) as u32;
     let uv = hit.uv + hit.repeat;
     let place = UVec4::new(
@@ -214,10 +225,7 @@ impl Sample {
             is_along_v: bits & ALONG_V != 0,
             finish: (bits >> FINISH.0) & FINISH.1,
             facet: surface.w & (MOST_FACETS - 1),
-            edge: Edge::from_code(
-                ((bits >> EDGE) & ((1 << edge::BITS.0) - 1))
-                    | surface.w >> EDGE_DIRECTION << edge::BITS.0,
-            ),
+            edge: Edge::from_codes((bits >> EDGE) & edge::FAR_AWAY, surface.w >> EDGE_DIRECTION),
             openness: (bits >> OPENNESS.0) as i32 as Real * OPENNESS_STEP,
         }
     }

@@ -315,7 +315,8 @@ pub struct Object {
     /// [`Object::complete`] computes it.
     pub quotients: Quotients,
     /// Number of its materials in the scene: its first [`Finish`](crate::shading::Finish) is
-    /// [`FINISHES`](crate::shading::layout::FINISHES) times this.
+    /// [`FINISHES`](crate::shading::layout::FINISHES) times this. The flag
+    /// [`KNOWS_EDGES`](crate::gbuffer::KNOWS_EDGES) may be set.
     pub finish: u32,
 }
 

@@ -5,8 +5,8 @@ use super::words::ColorWords;
 use crate::prepare::PreparedLighting;
 use glam::UVec4;
 use rayon::prelude::*;
+use relievo_shared::gbuffer::Hits;
 use relievo_shared::layout::Frame;
-use relievo_shared::shading::edges::Hits;
 use relievo_shared::shading::{self, FacetScale, Finish, Light, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 

@@ -18,9 +18,9 @@ pub const VARIANTS: [(u32, bool); 4] = [(1, false), (1, true), (2, false), (2, t
 pub struct Row {
     /// Mean FLIP difference from 256 samples a pixel.
     pub flip: f64,
-    /// Root of the mean squared difference from them, steps of 8 bits.
+    /// Root of the mean squared difference from these, of 255.
     pub rmse: f64,
-    /// Time of a frame over that of the first variant, of the same round, by renderer.
+    /// Time of a frame over that of the first variant in the same round, on the CPU and the GPU.
     pub ratios: [Option<Summary>; 2],
 }
 
@@ -31,7 +31,7 @@ pub struct Row {
 /// [`Error`] if a renderer fails; the reference needs 12 KB a pixel.
 pub fn measure(
     scenes: [&PreparedScene; 2],
-    mut gpu: Option<[&mut dyn Renderer; 2]>,
+    gpu: Option<[&mut dyn Renderer; 2]>,
     frames: u32,
     progress: &dyn Fn(&str, f64),
 ) -> Result<[Row; 4], Error> {
@@ -40,7 +40,9 @@ pub fn measure(
     let words = CpuRenderer::new(plain).color(&plain.frame_with_samples(REFERENCE))?;
     let reference = Picture::develop(&words, REFERENCE, &plain.development)?;
     drop(words);
-    let mut cpu = [plain, smooth].map(CpuRenderer::new);
+    let [mut cpu, mut smooth_cpu] = [plain, smooth].map(CpuRenderer::new);
+    let mut renderers: Vec<[&mut dyn Renderer; 2]> = vec![[&mut cpu, &mut smooth_cpu]];
+    renderers.extend(gpu.map(|[plain, smooth]| [plain as &mut dyn Renderer, smooth]));
     let mut times = [(); 2].map(|()| [(); 4].map(|()| Vec::new()));
     let mut pictures = Vec::new();
     for round in 0..=frames {
@@ -48,23 +50,15 @@ pub fn measure(
         for (variant, (factor, is_smooth)) in VARIANTS.into_iter().enumerate() {
             let which = usize::from(is_smooth);
             let frame = plain.frame_with_samples(factor);
-            let start = Instant::now();
-            let words = cpu[which].color(&frame)?;
-            let cpu_time = start.elapsed().as_secs_f64();
-            let start = Instant::now();
-            let is_gpu = match &mut gpu {
-                Some(renderers) => renderers[which].color(&frame).map(|_| true)?,
-                None => false,
-            };
-            let gpu_time = start.elapsed().as_secs_f64();
-            if round == 0 {
-                // To warm up, and for the errors.
-                pictures.push(Picture::develop(&words, factor, &plain.development)?);
-                continue;
-            }
-            times[0][variant].push(cpu_time);
-            if is_gpu {
-                times[1][variant].push(gpu_time);
+            for (index, pair) in renderers.iter_mut().enumerate() {
+                let start = Instant::now();
+                let words = pair[which].color(&frame)?;
+                if round > 0 {
+                    times[index][variant].push(start.elapsed().as_secs_f64());
+                } else if index == 0 {
+                    // The first round warms up, and shows the errors.
+                    pictures.push(Picture::develop(&words, factor, &plain.development)?);
+                }
             }
         }
     }
@@ -75,7 +69,7 @@ pub fn measure(
     }))
 }
 
-/// Returns the root of the mean squared difference, steps of 8 bits.
+/// Returns the root of the mean squared difference, of 255.
 fn rmse(reference: &Picture, picture: &Picture) -> f64 {
     let pairs = reference.bytes.iter().zip(&picture.bytes);
     let sum: f64 = pairs

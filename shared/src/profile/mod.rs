@@ -276,6 +276,16 @@ pub fn grows(object: &Object) -> bool {
     object.bevel != 0.0
 }
 
+/// Returns how far the pattern of `object` grows from cap to floor, widths of the map.
+pub fn growth(object: &Object) -> Real {
+    object.bevel * object.chamfer
+}
+
+/// Returns whether the pattern of `object` grows along at least half of a side.
+pub fn grows_mostly(object: &Object) -> bool {
+    object.bevel > 0.0 && object.chamfer >= 0.5
+}
+
 /// Lets the compiler know that the pattern of `object` does not grow with the depth.
 #[inline]
 pub fn know_upright(object: &mut Object) {

@@ -12,17 +12,11 @@ use super::Tables;
 use super::material::finish_of;
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::camera::through;
-use crate::gbuffer::Sample;
+use crate::gbuffer::{Hits, Sample};
 use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
 use crate::{Real, Vec2, Vec3};
-use glam::{IVec2, UVec4};
-
-/// What the pixels of a picture hit.
-pub trait Hits {
-    /// Returns place and surface of pixel (`x`, `y`), as in the [G-buffer](crate::gbuffer).
-    fn words(&self, x: u32, y: u32) -> (UVec4, UVec4);
-}
+use glam::IVec2;
 
 /// How a pixel is divided; the rest is its own.
 #[derive(Clone, Copy, Debug)]
@@ -66,6 +60,14 @@ struct Ends {
     other: Real,
 }
 
+impl Ends {
+    /// Returns the ends of surfaces that meet.
+    #[inline]
+    fn meeting(at: Real) -> Ends {
+        Ends { own: at, other: at }
+    }
+}
+
 /// Where there is no edge before the other centre.
 const NONE: Ends = Ends {
     own: 1.0,
@@ -91,8 +93,7 @@ impl Pixel {
             if x > 0 { x } else { 0 }
         };
         let (x, y) = (within(at.x, frame.size[0]), within(at.y, frame.size[1]));
-        let (place, surface) = hits.words(x as u32, y as u32);
-        let hit = Sample::from_words(place, surface);
+        let hit = hits.sample(x as u32, y as u32);
         let ray = through(frame, x as Real, y as Real);
         Pixel {
             ray,
@@ -121,13 +122,18 @@ impl Pixel {
         (inverse, kept(rate * inverse))
     }
 
+    /// Returns how far above the tangent plane that is which `other` hits.
+    #[inline]
+    fn height_of(&self, other: &Pixel) -> Real {
+        let way = kept3(other.ray * other.depth - self.ray * self.depth);
+        kept(self.hit.normal.dot(way))
+    }
+
     /// Returns whether the tangent plane leads to what `other` hits, where a pixel is `pixel`
     /// wide at distance 1.
     #[inline]
     fn leads_to(&self, other: &Pixel, pixel: Real) -> bool {
-        let way = kept3(other.ray * other.depth - self.ray * self.depth);
-        let above = kept(self.hit.normal.dot(way));
-        abs(above) < STEP * pixel * self.depth * -self.facing()
+        abs(self.height_of(other)) < STEP * pixel * self.depth * -self.facing()
     }
 
     /// Returns how far the edge is that the hit knows, pixels along `step`.
@@ -165,12 +171,11 @@ impl Pixel {
 #[inline]
 fn goes_on<T: Tables + ?Sized>(tables: &T, even: &Pixel, other: &Pixel, pixel: Real) -> bool {
     let depth = tables.finish(finish_of(&even.hit)).depth * even.hit.unit;
-    let way = kept3(other.ray * other.depth - even.ray * even.depth);
-    let above = kept(even.hit.normal.dot(way));
+    let height = even.height_of(other);
     let beyond = if even.hit.class == CLASS_CAP {
-        -above
+        -height
     } else {
-        above
+        height
     };
     let slack = STEP * depth + pixel * even.depth;
     beyond > -slack && beyond < depth + slack
@@ -235,11 +240,7 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         let first = inverse - (other_inverse - other_slope);
         let last = inverse + slope - other_inverse;
         if (first < 0.0) != (last < 0.0) {
-            let meeting = clamp(div(first, first - last), 0.0, 1.0);
-            return Ends {
-                own: meeting,
-                other: meeting,
-            };
+            return Ends::meeting(clamp(div(first, first - last), 0.0, 1.0));
         }
         is_own_nearer = first > 0.0;
     }
@@ -255,11 +256,7 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         max(known_other, 1.0 - horizon)
     };
     // Where it is not known, between the pixels.
-    let end = if abs(end - 0.5) <= 0.5 { end } else { 0.5 };
-    Ends {
-        own: end,
-        other: end,
-    }
+    Ends::meeting(if abs(end - 0.5) <= 0.5 { end } else { 0.5 })
 }
 
 /// Returns how pixel (`x`, `y`) of `frame` is divided.
@@ -377,7 +374,7 @@ pub fn side<T: Tables + ?Sized, H: Hits + ?Sized>(
     let outline = normalize_or(kept3(on_cap), cap.hit.tangent);
     let smooth = cap.hit.normal;
     let upright = normalize_or(kept3(outline.cross(smooth)), smooth);
-    // It is seen.
+    // Its front is seen.
     let upright = if kept(upright.dot(ray)) > 0.0 {
         -upright
     } else {

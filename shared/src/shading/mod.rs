@@ -17,14 +17,13 @@ pub use layout::{FacetScale, Finish, Image, Light, Lighting, Material, ShadowMap
 use crate::arithmetic::{clamp, div, kept3, max, sqrt};
 use crate::camera::pixel_ray;
 use crate::contract::check3;
-use crate::gbuffer::Sample;
+use crate::gbuffer::{Hits, Sample};
 use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_MISS, CLASS_SKY};
 use crate::shape_map::Texels;
 use crate::trace::word;
 use crate::{Real, Vec3};
 use brdf::Reflector;
-use edges::Hits;
 use glam::UVec4;
 
 /// What shading reads: storage buffers, or slices. The words are those of pictures, of the
@@ -50,16 +49,14 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     (x, y): (u32, u32),
     hits: &H,
 ) -> UVec4 {
-    let (place, surface) = hits.words(x, y);
-    let hit = Sample::from_words(place, surface);
+    let hit = hits.sample(x, y);
     let direction = pixel_ray(frame, x, y);
-    if hit.class == CLASS_MISS {
-        let (rgb, class) = missed(tables, lighting, direction);
-        color_words(rgb, class)
+    let (rgb, class) = if hit.class == CLASS_MISS {
+        missed(tables, lighting, direction)
     } else {
-        let rgb = shade(tables, frame, lighting, direction, &hit);
-        color_words(rgb, hit.class)
-    }
+        (shade(tables, frame, lighting, direction, &hit), hit.class)
+    };
+    color_words(rgb, class)
 }
 
 /// Returns the words of pixel (`x`, `y`) for smooth edges: as [`words`], where the class word
@@ -72,18 +69,15 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
     (x, y): (u32, u32),
     hits: &H,
 ) -> UVec4 {
-    let (place, surface) = hits.words(x, y);
-    let hit = Sample::from_words(place, surface);
+    let hit = hits.sample(x, y);
     let direction = pixel_ray(frame, x, y);
     let division = edges::division(tables, frame, hits, x, y);
-    let (mut rgb, class) = if hit.class == CLASS_MISS {
+    let (rgb, class) = if hit.class == CLASS_MISS {
         missed(tables, lighting, direction)
     } else {
-        (Vec3::ZERO, hit.class)
-    };
-    if hit.class != CLASS_MISS {
         let own = 1.0 - division.before - division.after;
         let between = clamp(div(division.between, max(own, 1e-3)), 0.0, 1.0);
+        let mut rgb = Vec3::ZERO;
         // The hit, and the side beside it: written once, and in the shader once.
         let mut part = 0;
         while part < 2 {
@@ -99,7 +93,8 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
             }
             part += 1;
         }
-    }
+        (rgb, hit.class)
+    };
     color_words(rgb, division.code(class))
 }
 
@@ -114,6 +109,7 @@ fn missed<T: Tables + ?Sized>(tables: &T, lighting: &Lighting, direction: Vec3) 
     }
 }
 
+/// Returns the words of a pixel: linear RGB, and its class word.
 #[inline]
 fn color_words(rgb: Vec3, class: u32) -> UVec4 {
     let rgb = kept3(rgb);

@@ -214,7 +214,7 @@ fn pictures_follow_pattern_mesh_or_outline() {
         is_along_v: true,
         finish: 0,
         facet: 0,
-        edge: Edge::from_code(0),
+        edge: Edge::from_codes(0, 0),
         openness: 1.0,
     };
     let mut finish = Finish {

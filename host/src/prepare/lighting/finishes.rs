@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use relievo_shared::gbuffer::{KNOWS_EDGES, MOST_FACETS, MOST_FINISHES};
 use relievo_shared::layout::FORMAT_PAPER;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_WALL};
+use relievo_shared::profile::{grows_mostly, growth};
 use relievo_shared::shading::layout::FINISHES;
 use relievo_shared::shading::{FacetScale, Finish, Image, Material};
 use std::path::PathBuf;
@@ -106,8 +107,8 @@ pub(super) fn finishes(
                     false => Image::default(),
                 },
                 seed: prepared.number as u32,
-                growth: prepared.parameters.bevel * prepared.parameters.chamfer,
-                side: match prepared.parameters.bevel > 0.0 && prepared.parameters.chamfer >= 0.5 {
+                growth: growth(&prepared.parameters),
+                side: match grows_mostly(&prepared.parameters) {
                     true => CLASS_BEVEL,
                     false => CLASS_WALL,
                 },

@@ -4,6 +4,7 @@ use crate::gbuffer::octahedral;
 use crate::normals::{CLASS_BEVEL, CLASS_WALL};
 use crate::shading::{FacetScale, Finish, Light, ShadowMap};
 use crate::shape_map::Texels;
+use glam::UVec4;
 use proptest::prelude::*;
 use std::vec::Vec;
 
@@ -249,12 +250,11 @@ fn a_side_faces_the_eye_and_leans_as_its_bevel_does() {
     let tilt = Vec3::new(0.0, -0.5, -1.0).normalize();
     let frame = frame(Vec3::new(0.0, 1.0, 0.0), tilt, SIDE, SIDE, 0.04);
     let up = |y: f32, ray: Vec3| ray * ((y - 1.0) / ray.y);
-    let code = 63;
     let picture = {
         let is_cap = |ray: Vec3| ray.y / ray.z < 0.498;
         draw(&frame, |ray| match is_cap(ray) {
             // The cap ends below, 0.5 pixels away, and the foot is 0.3 pixels above.
-            true => hit(CLASS_CAP, 1, up(0.0, ray).length(), Vec3::Y, code | 16 << 7),
+            true => hit(CLASS_CAP, 1, up(0.0, ray).length(), Vec3::Y, 63 | 16 << 7),
             false => hit(
                 CLASS_FLOOR,
                 1,

@@ -150,7 +150,7 @@ pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
         .as_ref()
         .map_or("no GPU".to_string(), Adapter::describe);
     say(format_args!(
-        "errors from {} samples a pixel; times over one sample: CPU, {gpu_name}",
+        "errors against {} samples a pixel; times as multiples of those of one sample: CPU, {gpu_name}",
         edges::REFERENCE.pow(2)
     ))?;
     for path in &arguments.scenes {
