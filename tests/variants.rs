@@ -81,12 +81,13 @@ const WAYS: [(u32, u32, u32); 5] = [
     (TIER_ACCURATE, SEARCH_PRISMS, 1),
 ];
 
-/// Returns `scene` without materials and lights of its own: pictures are of the words that the
+/// Returns `scene` without materials, lights and smooth edges: pictures are of the words that the
 /// shared tracing gives.
 fn unlit(mut scene: Scene) -> Scene {
     scene.lights.clear();
     scene.environment = None;
     scene.materials.clear();
+    scene.smooth_edges = false;
     for object in &mut scene.objects {
         object.finish = Finish::default();
     }
