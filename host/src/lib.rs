@@ -44,6 +44,7 @@ pub mod prism;
 pub mod render;
 pub mod scene;
 pub mod shape_map;
+mod srgb;
 pub mod tone;
 #[cfg(feature = "gpu")]
 pub mod verify;

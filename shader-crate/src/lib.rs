@@ -24,7 +24,7 @@ use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::outline::{Outline, outline, outline_corner, prism_outline};
-use relievo_shared::shading::{self, FacetScale, Finish, Light, Lighting, ShadowMap, Tables};
+use relievo_shared::shading::{self, FacetMaterial, Finish, Light, Lighting, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 use relievo_shared::walk::PrismList;
 use relievo_shared::{camera, for_each_facet, for_each_search, gbuffer, trace};
@@ -402,7 +402,7 @@ for_each_search!(fragment_entry_points);
 /// What shading reads, in storage buffers.
 struct Buffers<'a> {
     finishes: &'a [Finish],
-    facets: &'a [FacetScale],
+    facets: &'a [FacetMaterial],
     lights: &'a [Light],
     shadow_maps: &'a [ShadowMap],
     words: &'a [u32],
@@ -424,7 +424,7 @@ impl Tables for Buffers<'_> {
     }
 
     #[inline]
-    fn facet(&self, index: u32) -> &FacetScale {
+    fn facet(&self, index: u32) -> &FacetMaterial {
         // SAFETY: as above.
         unsafe { self.facets.index_unchecked(index as usize) }
     }
@@ -474,7 +474,7 @@ macro_rules! shade_entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] lighting: &Lighting,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] finishes: &[Finish],
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] facets: &[FacetScale],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] facets: &[FacetMaterial],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 4)] lights: &[Light],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 5)] shadow_maps: &[ShadowMap],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] words: &[u32],

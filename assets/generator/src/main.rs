@@ -1,6 +1,6 @@
 //! Writes the meshes, the patterns and the pictures of materials of `assets/`.
 //!
-//! `cargo run -p relievo-assets [-- OUT_DIR]` writes `OUT_DIR/meshes/*.obj`,
+//! `cargo run -p relievo-assets [-- OUT_DIR]` writes `OUT_DIR/meshes/*.obj`, the materials of one,
 //! `OUT_DIR/patterns/*.png`, `OUT_DIR/materials/*.png` and `OUT_DIR/environments/*.hdr`; without `OUT_DIR` it updates the committed files. The
 //! output is deterministic.
 
@@ -10,6 +10,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result, bail};
 
 mod glyphs;
+mod house;
 mod materials;
 mod mesh;
 mod patterns;
@@ -35,6 +36,15 @@ fn generate() -> Result<Vec<Asset>> {
         assets.push(Asset {
             path: format!("meshes/{}.obj", mesh.name),
             bytes: mesh.to_obj().into_bytes(),
+        });
+    }
+    for (path, text) in [
+        ("meshes/house.obj", house::to_obj()),
+        ("meshes/house.mtl", house::LIBRARY.to_owned()),
+    ] {
+        assets.push(Asset {
+            path: path.to_owned(),
+            bytes: text.into_bytes(),
         });
     }
     for pattern in patterns::all() {
@@ -94,7 +104,7 @@ mod tests {
     #[test]
     fn two_runs_make_the_same_bytes() {
         let (first, second) = (generate().unwrap(), generate().unwrap());
-        assert_eq!(first.len(), 16);
+        assert_eq!(first.len(), 21);
         for (a, b) in first.iter().zip(&second) {
             assert_eq!(a.path, b.path);
             assert!(a.bytes == b.bytes, "{} differs between two runs", a.path);
@@ -110,7 +120,7 @@ mod tests {
             let path = default_directory().join(&asset.path);
             let committed =
                 fs::read(&path).unwrap_or_else(|error| panic!("{}: {error}; {advice}", asset.path));
-            if asset.path.ends_with(".obj") {
+            if asset.path.starts_with("meshes/") {
                 let made = String::from_utf8(asset.bytes).unwrap();
                 let committed = String::from_utf8(committed).unwrap();
                 for (number, (a, b)) in made.lines().zip(committed.lines()).enumerate() {

@@ -31,6 +31,10 @@ pub fn all() -> Result<Vec<Picture>> {
             path: "environments/studio.hdr",
             bytes: studio()?,
         },
+        Picture {
+            path: "environments/sky.hdr",
+            bytes: sky()?,
+        },
     ])
 }
 
@@ -111,27 +115,55 @@ fn normals() -> RgbImage {
 
 /// A dim room with three bright windows.
 fn studio() -> Result<Vec<u8>> {
-    let (width, height) = (128_u32, 64_u32);
     // Centre (longitude and latitude, degrees), half width and height, light.
     let windows = [
         ([-50.0, 45.0], [24.0, 16.0], [9.0, 8.6, 8.0]),
         ([70.0, 25.0], [14.0, 26.0], [4.0, 4.4, 5.2]),
         ([180.0, 60.0], [40.0, 12.0], [3.0, 3.0, 3.0]),
     ];
+    environment(|longitude, latitude| {
+        // Darker towards the ground.
+        let room = 0.12 + 0.18 * (latitude + 90.0) / 180.0;
+        let mut light = [room, room, 1.05 * room];
+        for ([centre, middle], [across, up], window) in windows {
+            let beside = (longitude - centre + 180.0_f64).rem_euclid(360.0) - 180.0;
+            if beside.abs() < across && (latitude - middle).abs() < up {
+                light = window;
+            }
+        }
+        light
+    })
+}
+
+/// A clear sky, brighter at the horizon and around the place of the sun, which is a light of its
+/// own; below it a meadow.
+fn sky() -> Result<Vec<u8>> {
+    const ZENITH: DVec3 = DVec3::new(0.20, 0.38, 0.75);
+    const HORIZON: DVec3 = DVec3::new(0.82, 0.90, 0.97);
+    const MEADOW: DVec3 = DVec3::new(0.16, 0.17, 0.10);
+    const GLOW: DVec3 = DVec3::new(1.2, 1.0, 0.7);
+    // Towards the sun: longitude and latitude, degrees.
+    const SUN: [f64; 2] = [140.0, 40.0];
+    environment(|longitude, latitude| {
+        if latitude < 0.0 {
+            return MEADOW.to_array();
+        }
+        let high = latitude.to_radians().sin();
+        let sky = ZENITH + (HORIZON - ZENITH) * (1.0 - high).powi(4);
+        let [turn, up, sun] = [longitude - SUN[0], latitude, SUN[1]].map(f64::to_radians);
+        let cosine = up.sin() * sun.sin() + up.cos() * sun.cos() * turn.cos();
+        (sky + GLOW * cosine.max(0.0).powi(12)).to_array()
+    })
+}
+
+/// Returns the picture of the light from all directions: of longitude and latitude, degrees.
+fn environment(light: impl Fn(f64, f64) -> [f64; 3]) -> Result<Vec<u8>> {
+    let (width, height) = (128_u32, 64_u32);
     let pixels: Vec<Rgb<f32>> = (0..width * height)
         .map(|index| {
             let longitude = (f64::from(index % width) + 0.5) / f64::from(width) * 360.0 - 180.0;
             let latitude = 90.0 - (f64::from(index / width) + 0.5) / f64::from(height) * 180.0;
-            // Darker towards the ground.
-            let room = 0.12 + 0.18 * (latitude + 90.0) / 180.0;
-            let mut light = [room, room, 1.05 * room];
-            for ([centre, middle], [across, up], window) in windows {
-                let beside = (longitude - centre + 180.0_f64).rem_euclid(360.0) - 180.0;
-                if beside.abs() < across && (latitude - middle).abs() < up {
-                    light = window;
-                }
-            }
-            Rgb(light.map(|channel| channel as f32))
+            Rgb(light(longitude, latitude).map(|channel| channel as f32))
         })
         .collect();
     let mut bytes = Vec::new();

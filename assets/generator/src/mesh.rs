@@ -63,7 +63,7 @@ impl Mesh {
 }
 
 /// Formats one line of numbers with eight decimals.
-fn record(keyword: &str, numbers: &[f64]) -> String {
+pub fn record(keyword: &str, numbers: &[f64]) -> String {
     let mut line = keyword.to_owned();
     for number in numbers {
         // Adding +0 turns −0 into 0, so that the sign of rounding errors is not in

@@ -60,6 +60,8 @@ pub fn all() -> Vec<Pattern> {
         discs(),
         windows(),
         lattice(),
+        shingles(),
+        panes(),
     ]
 }
 
@@ -175,6 +177,51 @@ fn lattice() -> Pattern {
     })
 }
 
+/// Shingles with round lower ends; every second row is shifted by half a shingle.
+fn shingles() -> Pattern {
+    const CELL: DVec2 = DVec2::new(128.0, 128.0);
+    /// How far the round ends reach over the row below.
+    const END: f64 = 44.0;
+    const GAP: f64 = 5.0;
+    Pattern::draw("shingles", (512, 512), |point| {
+        let row = (point.y / CELL.y).floor();
+        // From the centre of a shingle of row `row`, whose straight sides end at the row's top.
+        let offset = |row: f64| {
+            let shift = row.rem_euclid(2.0) * CELL.x / 2.0;
+            in_cell(DVec2::new(point.x + shift, 0.0), CELL).x
+        };
+        let side = |x: f64| CELL.x / 2.0 - x.abs();
+        let below = point.y - row * CELL.y;
+        // The round end of a shingle of the row above, half an ellipse.
+        let above = offset(row - 1.0);
+        let round = DVec2::new(above / (CELL.x / 2.0), below / END).length();
+        let from_end = (1.0 - round).abs() * END.min(CELL.x / 2.0);
+        let is_above = round < 1.0;
+        let from_side = if is_above {
+            side(above)
+        } else {
+            side(offset(row))
+        };
+        from_end > GAP && (is_above || from_side > GAP)
+    })
+}
+
+/// A window: a frame around two by three panes.
+fn panes() -> Pattern {
+    const SIDE: f64 = 512.0;
+    const FRAME: f64 = 36.0;
+    const BAR: f64 = 9.0;
+    Pattern::draw("panes", (512, 512), |point| {
+        let from_border = point.min(DVec2::splat(SIDE) - point).min_element();
+        let from_bar = [
+            point.x - SIDE / 2.0,
+            point.y - SIDE / 3.0,
+            point.y - SIDE * 2.0 / 3.0,
+        ];
+        from_border < FRAME || from_bar.iter().any(|distance| distance.abs() < BAR)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -202,6 +249,8 @@ mod tests {
             ("discs", (512, 512), 0.2820, 0.2835),
             ("windows", (1024, 512), 0.35, 0.45),
             ("lattice", (1024, 1024), 0.40, 0.50),
+            ("shingles", (512, 512), 0.80, 0.90),
+            ("panes", (512, 512), 0.30, 0.40),
         ];
         let patterns = all();
         assert_eq!(patterns.len(), expected.len());

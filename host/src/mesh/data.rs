@@ -5,7 +5,8 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 
 use super::error::MeshError;
-use super::raw::{Corner, LARGEST_NUMBER, RawMesh};
+use super::options::MeshOptions;
+use super::raw::{Corner, LARGEST_NUMBER, RawMesh, check_parts};
 
 /// Vertices and the triangles between them.
 ///
@@ -72,8 +73,9 @@ impl MeshData {
     /// # Errors
     ///
     /// [`MeshError::Invalid`] and [`MeshError::TooManyTriangles`].
-    pub(super) fn source(&self, triangle_limit: usize) -> Result<RawMesh, MeshError> {
+    pub(super) fn source(&self, options: &MeshOptions) -> Result<RawMesh, MeshError> {
         let path = Path::new(&self.name);
+        let triangle_limit = options.limit();
         if self.triangles.len() > triangle_limit {
             return Err(MeshError::TooManyTriangles {
                 path: path.to_owned(),
@@ -81,17 +83,16 @@ impl MeshData {
                 limit: triangle_limit,
             });
         }
-        self.check().map_err(|problem| MeshError::Invalid {
+        let checked = check_parts(&options.parts, &[]).and_then(|()| self.check());
+        checked.map_err(|problem| MeshError::Invalid {
             path: path.to_owned(),
             problem,
         })?;
         let (has_normals, has_uvs) = (!self.normals.is_empty(), !self.uvs.is_empty());
         let mut mesh = RawMesh {
-            positions: Vec::new(),
-            normals: Vec::new(),
-            uvs: Vec::new(),
             triangles: Vec::with_capacity(self.triangles.len()),
             face_without_uvs: (!has_uvs).then(|| "triangle 0".to_string()),
+            ..RawMesh::default()
         };
         let mut used: Vec<Option<u32>> = vec![None; self.positions.len()];
         for triangle in &self.triangles {

@@ -1,5 +1,6 @@
 //! Loads meshes: from a file, bytes, text, or data made in code.
 
+use std::borrow::Cow;
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -17,8 +18,8 @@ use crate::Files;
 impl Mesh {
     /// Loads the Wavefront OBJ or glTF 2.0 file at `path` and prepares it. The
     /// format is detected from the content, else from the extension. Objects,
-    /// groups and the nodes of glTF's default scene are merged; materials are
-    /// ignored and need not exist.
+    /// groups and the nodes of glTF's default scene are merged, or those with the
+    /// materials in [`MeshOptions::parts`].
     ///
     /// # Errors
     ///
@@ -34,7 +35,7 @@ impl Mesh {
     ///
     /// Any [`MeshError`] but those of reading a file.
     pub fn from_data(data: &MeshData, options: &MeshOptions) -> Result<Self, MeshError> {
-        let source = data.source(options.limit())?;
+        let source = data.source(options)?;
         prepare::prepare(&source, Path::new(&data.name), options)
     }
 
@@ -52,7 +53,7 @@ impl Mesh {
     ) -> Result<Result<Self, Bounds>, MeshError> {
         let (path, source) = match source {
             MeshSource::File(path) => (path.as_path(), read(files, path, options)?),
-            MeshSource::Data(data) => (Path::new(&data.name), data.source(options.limit())?),
+            MeshSource::Data(data) => (Path::new(&data.name), data.source(options)?),
         };
         let bounds = prepare::bounds(&source, path, options)?;
         // How far a raised surface reaches is not known before.
@@ -103,7 +104,7 @@ impl Mesh {
     /// # Ok::<(), relievo::mesh::MeshError>(())
     /// ```
     pub fn parse(text: &str, path: &Path, options: &MeshOptions) -> Result<Self, MeshError> {
-        let source = obj::parse(text, path, options.limit())?;
+        let source = obj::parse(text, path, options)?;
         prepare::prepare(&source, path, options)
     }
 }
@@ -112,46 +113,77 @@ impl Mesh {
 ///
 /// # Errors
 ///
-/// [`MeshError::Read`], [`MeshError::IsDirectory`], [`MeshError::TooLarge`] and
-/// those of [`decode`].
+/// Those of [`read_bytes`] and [`decode`].
 fn read(files: &Files, path: &Path, options: &MeshOptions) -> Result<RawMesh, MeshError> {
+    let bytes = read_bytes(files, path, options.byte_limit)?;
+    decode(files, &bytes, path, options)
+}
+
+/// Reads the bytes of the file at `path`, at most `limit`.
+///
+/// # Errors
+///
+/// [`MeshError::Read`], [`MeshError::IsDirectory`] and [`MeshError::TooLarge`].
+pub(super) fn read_bytes<'a>(
+    files: &'a Files,
+    path: &Path,
+    limit: u64,
+) -> Result<Cow<'a, [u8]>, MeshError> {
     if files.is_folder(path) {
         return Err(MeshError::IsDirectory {
             path: path.to_owned(),
         });
     }
-    let bytes = files.read(path, options.byte_limit).map_err(|source| {
+    files.read(path, limit).map_err(|source| {
         let path = path.to_owned();
         if source.kind() == ErrorKind::FileTooLarge {
-            MeshError::TooLarge {
-                path,
-                limit: options.byte_limit,
-            }
+            MeshError::TooLarge { path, limit }
         } else {
             MeshError::Read { path, source }
         }
-    })?;
-    decode(files, &bytes, path, options)
+    })
+}
+
+/// The format of a mesh file.
+pub(super) enum Format<'a> {
+    /// glTF 2.0, text or binary.
+    Gltf,
+    /// Wavefront OBJ, with its text.
+    Obj(Cow<'a, str>),
+}
+
+impl Format<'_> {
+    /// Returns the format of a file, by its bytes or its extension.
+    ///
+    /// # Errors
+    ///
+    /// [`MeshError::NotText`].
+    pub fn of<'a>(bytes: &'a [u8], path: &Path) -> Result<Format<'a>, MeshError> {
+        if gltf::is_gltf(bytes, path) {
+            return Ok(Format::Gltf);
+        }
+        let text = encoding::text(bytes).ok_or_else(|| MeshError::NotText {
+            path: path.to_owned(),
+        })?;
+        Ok(Format::Obj(text))
+    }
 }
 
 /// Parses the bytes of an OBJ or glTF file.
 ///
 /// # Errors
 ///
-/// [`MeshError::NotText`] and those of [`obj::parse`] and [`gltf::parse`].
+/// Those of [`Format::of`], [`obj::parse`] and [`gltf::parse`].
 fn decode(
     files: &Files,
     bytes: &[u8],
     path: &Path,
     options: &MeshOptions,
 ) -> Result<RawMesh, MeshError> {
-    if gltf::is_gltf(bytes, path) {
-        return gltf::parse(files, bytes, path, options.limit(), options.byte_limit);
+    match Format::of(bytes, path)? {
+        Format::Gltf => gltf::parse(files, bytes, path, options),
+        Format::Obj(text) => obj::parse(&text, path, options),
     }
-    let text = encoding::text(bytes).ok_or_else(|| MeshError::NotText {
-        path: path.to_owned(),
-    })?;
-    obj::parse(&text, path, options.limit())
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3};
 
 use super::error::MeshError;
+use super::options::MeshOptions;
 use super::raw::{Corner, RawMesh};
 use super::scan::scan;
 
@@ -18,22 +19,23 @@ use super::scan::scan;
 /// [`MeshError::Statement`] with the line of the error,
 /// [`MeshError::NoFaces`], [`MeshError::TooManyTriangles`] and
 /// [`MeshError::Parse`].
-pub(super) fn parse(text: &str, path: &Path, triangle_limit: usize) -> Result<RawMesh, MeshError> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
-    let scan = scan(text, path, triangle_limit)?;
+pub(super) fn parse(text: &str, path: &Path, options: &MeshOptions) -> Result<RawMesh, MeshError> {
+    let scan = scan(text, path, options.limit(), &options.parts)?;
     // With a single index, positions would be duplicated at seams.
-    let options = tobj::LoadOptions {
+    let load_options = tobj::LoadOptions {
         triangulate: true,
         ignore_points: true,
         ignore_lines: true,
         single_index: false,
     };
     let no_materials = |_: &Path| Ok((Vec::new(), HashMap::new()));
-    let (models, _) = tobj::load_obj_buf(&mut scan.geometry.as_bytes(), &options, no_materials)
-        .map_err(|source| MeshError::Parse {
-            path: path.to_owned(),
-            source,
-        })?;
+    let (models, _) =
+        tobj::load_obj_buf(&mut scan.geometry.as_bytes(), &load_options, no_materials).map_err(
+            |source| MeshError::Parse {
+                path: path.to_owned(),
+                source,
+            },
+        )?;
     // The scan keeps no statement that starts another model.
     let mesh = models
         .into_iter()
@@ -75,9 +77,12 @@ pub(super) fn parse(text: &str, path: &Path, triangle_limit: usize) -> Result<Ra
             Vec::new()
         },
         triangles,
+        materials: scan.materials,
+        material_of: scan.material_of,
         face_without_uvs: scan.face_without_uvs.map(|line| format!("at line {line}")),
     })
 }
+
 /// Converts groups of three numbers to vectors.
 fn vectors(numbers: &[f64]) -> Vec<DVec3> {
     numbers.chunks_exact(3).map(DVec3::from_slice).collect()
@@ -90,7 +95,11 @@ mod tests {
     const LIMIT: usize = 100;
 
     fn parse(text: &str) -> Result<RawMesh, MeshError> {
-        super::parse(text, Path::new("test.obj"), LIMIT)
+        let options = MeshOptions {
+            triangle_limit: LIMIT,
+            ..MeshOptions::default()
+        };
+        super::parse(text, Path::new("test.obj"), &options)
     }
 
     /// Returns the message of the error for `text`.
@@ -142,11 +151,42 @@ mod tests {
         ))
         .unwrap();
         assert_eq!(mesh.triangles.len(), 2);
+        assert_eq!(mesh.materials, ["", "gold"]);
         assert_eq!(
             mesh.positions.len(),
             4,
             "vertex 4 is not used, vertices 1 and 2 are shared"
         );
+    }
+
+    #[test]
+    fn triangles_have_the_materials_before_them() {
+        let text = format!(
+            "{SQUARE}vt 0 0\nf 1 2 3\nusemtl  my  gold\nusemtl oak\nf 1/1 2/1 3/1 4/1\nusemtl my gold\nf 1 2 3\nusemtl oak\nf 1/1 2/1 3/1\n"
+        );
+        let mesh = parse(&text).unwrap();
+        assert_eq!(mesh.materials, ["", "oak", "my gold"]);
+        assert_eq!(mesh.material_of, [0, 1, 1, 2, 1]);
+        assert!(mesh.uvs.is_empty());
+
+        let parts = |parts: &[&str]| {
+            let options = MeshOptions {
+                parts: parts.iter().map(|part| part.to_string()).collect(),
+                ..MeshOptions::default()
+            };
+            super::parse(&text, Path::new("test.obj"), &options)
+        };
+        let oak = parts(&["oak"]).unwrap();
+        assert_eq!(
+            (&oak.material_of[..], oak.triangles.len()),
+            (&[1, 1, 1][..], 3)
+        );
+        // Texture coordinates that other parts lack do not matter.
+        assert!(!oak.uvs.is_empty() && oak.face_without_uvs.is_none());
+        assert_eq!(parts(&["", "my gold"]).unwrap().material_of, [0, 2]);
+        let message = parts(&["tin"]).unwrap_err().to_string();
+        let told = r#"`test.obj`: has no part "tin"; its parts are "", "oak", "my gold""#;
+        assert!(message.contains(told), "{message}");
     }
 
     #[test]

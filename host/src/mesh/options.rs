@@ -14,6 +14,8 @@ pub(crate) const DEFAULT_CREASE_ANGLE: f64 = 60.0;
 /// most 2²⁶ triangles and 4 GiB.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MeshOptions {
+    /// Names of the file's materials whose triangles are loaded; all if there are none.
+    pub parts: Vec<String>,
     /// Projection that makes texture coordinates, replacing those of the mesh.
     pub projection: Option<Projection>,
     /// Scale in object units per unit of the mesh, > 0. Applied first.
@@ -48,6 +50,7 @@ impl MeshOptions {
 impl Default for MeshOptions {
     fn default() -> Self {
         Self {
+            parts: Vec::new(),
             projection: None,
             scale: 1.0,
             rotation: DQuat::IDENTITY,

@@ -179,6 +179,7 @@ pub(super) mod tests {
                 .into_iter()
                 .map(|vertices| Face {
                     vertices,
+                    material: 0,
                     normals: [DVec3::ZERO; 3],
                     uvs: [DVec2::ZERO; 3],
                 })

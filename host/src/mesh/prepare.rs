@@ -58,7 +58,8 @@ pub(super) fn prepare(
     let faces: Vec<Face> = source
         .triangles
         .par_iter()
-        .filter_map(|corners| {
+        .enumerate()
+        .filter_map(|(index, corners)| {
             let vertices = corners.map(|corner| welded.indices[corner.position as usize]);
             let positions = vertices.map(|vertex| welded.positions[vertex as usize]);
             if is_degenerate(positions) {
@@ -73,6 +74,7 @@ pub(super) fn prepare(
                 vertices,
                 normals,
                 uvs,
+                material: source.material_of.get(index).copied().unwrap_or(0),
             })
         })
         .collect();
@@ -123,6 +125,7 @@ pub(super) fn prepare(
             .filter(|corners| !corners.is_empty())
             .count(),
         triangles,
+        materials: source.materials.clone(),
         report,
         raised_by: None,
     };
@@ -245,7 +248,10 @@ fn assemble(
                 gradient_u: gradients[corner].u,
                 gradient_v: gradients[corner].v,
             });
-            MeshTriangle { corners }
+            MeshTriangle {
+                corners,
+                material: face.material,
+            }
         })
         .collect()
 }

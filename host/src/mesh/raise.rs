@@ -20,6 +20,7 @@ impl Mesh {
     pub(super) fn raised(&self, height: f64, path: &Path) -> Result<Mesh, MeshError> {
         let inside_out = Mesh {
             triangles: self.triangles.iter().map(inside_out).collect(),
+            materials: Vec::new(),
             raised_by: None,
             ..*self
         };
@@ -34,6 +35,12 @@ impl Mesh {
             normals: Vec::with_capacity(3 * self.triangles.len()),
             uvs: Vec::with_capacity(3 * self.triangles.len()),
             triangles: Vec::with_capacity(self.triangles.len()),
+            materials: self.materials.clone(),
+            material_of: self
+                .triangles
+                .iter()
+                .map(|triangle| triangle.material)
+                .collect(),
             face_without_uvs: None,
         };
         for (triangle, prism) in self.triangles.iter().zip(&shell.prisms) {
@@ -72,7 +79,10 @@ fn inside_out(triangle: &MeshTriangle) -> MeshTriangle {
         corner.normal = -corner.normal;
         corner
     });
-    MeshTriangle { corners: [a, c, b] }
+    MeshTriangle {
+        corners: [a, c, b],
+        material: triangle.material,
+    }
 }
 
 #[cfg(test)]

@@ -18,7 +18,7 @@ pub(super) struct Corner {
 }
 
 /// A triangle mesh as its source states it. All objects and groups are merged.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct RawMesh {
     /// Vertex positions, in the units of the file, finite.
     pub positions: Vec<DVec3>,
@@ -29,6 +29,32 @@ pub(super) struct RawMesh {
     /// The triangles. A polygon becomes a fan around its first corner, so concave
     /// polygons should be triangulated on export.
     pub triangles: Vec<[Corner; 3]>,
+    /// Names of the file's materials that triangles have, in the order of their first use; `""`
+    /// for triangles without one. Empty if no triangle has a material.
+    pub materials: Vec<String>,
+    /// Index of each triangle's material; empty if there are none.
+    pub material_of: Vec<u32>,
     /// Place of the first face without texture coordinates, if any: "at line 7".
     pub face_without_uvs: Option<String>,
+}
+
+/// Checks that all `parts` are among the names of `materials`.
+///
+/// # Errors
+///
+/// The first one that is not, and what there is.
+pub(super) fn check_parts(parts: &[String], materials: &[String]) -> Result<(), String> {
+    let Some(part) = parts.iter().find(|part| !materials.contains(part)) else {
+        return Ok(());
+    };
+    let names: Vec<String> = materials.iter().map(|name| format!("{name:?}")).collect();
+    Err(match names.is_empty() {
+        true => format!("has no part {part:?}, since its triangles have no materials"),
+        false => format!("has no part {part:?}; its parts are {}", names.join(", ")),
+    })
+}
+
+/// Returns whether triangles of `material` are read where `parts` are asked for.
+pub(super) fn is_wanted(parts: &[String], material: &str) -> bool {
+    parts.is_empty() || parts.iter().any(|part| part == material)
 }

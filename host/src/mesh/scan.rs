@@ -4,7 +4,7 @@
 use std::path::Path;
 
 use super::error::MeshError;
-use super::raw::LARGEST_NUMBER;
+use super::raw::{LARGEST_NUMBER, check_parts, is_wanted};
 
 /// Maximum length of a quoted word in a message, in characters.
 const QUOTED_CHARACTERS: usize = 40;
@@ -16,22 +16,39 @@ pub(super) struct Scan {
     /// continued lines, points, lines and vertex colours. Groups and materials
     /// are dropped too, as they would split the mesh.
     pub geometry: String,
+    /// Names of the materials that faces have, in the order of their first use; `""` for
+    /// faces before the first `usemtl`. Empty if no face has a material.
+    pub materials: Vec<String>,
+    /// Index of the material of each triangle; empty if there are none.
+    pub material_of: Vec<u32>,
+    /// Files of materials, and the lines that name them.
+    pub libraries: Vec<(usize, String)>,
     /// Line of the first face with a corner without texture coordinates.
     pub face_without_uvs: Option<usize>,
     /// Line of the first face with a corner without a normal.
     pub face_without_normals: Option<usize>,
 }
 
-/// Checks the statements of `text` and collects those with geometry.
+/// Checks the statements of `text` and collects those with geometry. Of the faces it
+/// collects those whose materials are among `parts`; all if there are none.
 ///
 /// # Errors
 ///
 /// [`MeshError::Statement`] with the line of the first invalid, infinite or NaN
-/// number or invalid index, [`MeshError::TooManyTriangles`] and
-/// [`MeshError::NoFaces`].
-pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Scan, MeshError> {
+/// number or invalid index, [`MeshError::TooManyTriangles`],
+/// [`MeshError::NoFaces`], and [`MeshError::Invalid`] for a part that does not exist.
+pub(super) fn scan(
+    text: &str,
+    path: &Path,
+    triangle_limit: usize,
+    parts: &[String],
+) -> Result<Scan, MeshError> {
+    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut scan = Scan {
         geometry: String::with_capacity(text.len()),
+        materials: Vec::new(),
+        material_of: Vec::new(),
+        libraries: Vec::new(),
         face_without_uvs: None,
         face_without_normals: None,
     };
@@ -41,6 +58,8 @@ pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Sca
         Elements::new("normal"),
     ];
     let mut triangles = 0_usize;
+    // Its name, and its index once a face has it.
+    let mut material = (String::new(), None);
     for (line, words) in statements(text) {
         let failure = |problem| MeshError::Statement {
             path: path.to_owned(),
@@ -63,17 +82,21 @@ pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Sca
             }
             // Faces with fewer corners are points or lines.
             "f" if arguments.len() >= 3 => {
-                triangles += arguments.len() - 2;
-                if triangles > triangle_limit {
+                let count = triangles + arguments.len() - 2;
+                if count > triangle_limit {
                     let path = path.to_owned();
                     return Err(MeshError::TooManyTriangles {
                         path,
-                        count: triangles,
+                        count,
                         limit: triangle_limit,
                     });
                 }
+                let is_wanted = is_wanted(parts, &material.0);
                 for corner in arguments {
                     let present = check_corner(corner, line, &mut elements).map_err(failure)?;
+                    if !is_wanted {
+                        continue;
+                    }
                     if !present[1] {
                         scan.face_without_uvs.get_or_insert(line);
                     }
@@ -81,7 +104,25 @@ pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Sca
                         scan.face_without_normals.get_or_insert(line);
                     }
                 }
+                let index = *material
+                    .1
+                    .get_or_insert_with(|| scan.add_material(&material.0));
+                if !is_wanted {
+                    continue;
+                }
+                triangles = count;
+                // As many as the fan has.
+                scan.material_of.resize(triangles, index);
                 arguments
+            }
+            "usemtl" => {
+                material = (arguments.join(" "), None);
+                continue;
+            }
+            "mtllib" => {
+                let names = file_names(arguments);
+                scan.libraries.extend(names.map(|name| (line, name)));
+                continue;
             }
             _ => continue,
         };
@@ -106,12 +147,34 @@ pub(super) fn scan(text: &str, path: &Path, triangle_limit: usize) -> Result<Sca
             });
         }
     }
+    if scan.materials == [""] {
+        scan.materials.clear();
+        scan.material_of.clear();
+    }
+    if !scan.materials.is_empty() || triangles > 0 {
+        check_parts(parts, &scan.materials).map_err(|problem| MeshError::Invalid {
+            path: path.to_owned(),
+            problem,
+        })?;
+    }
     if triangles == 0 {
         return Err(MeshError::NoFaces {
             path: path.to_owned(),
         });
     }
     Ok(scan)
+}
+
+impl Scan {
+    /// Returns the index of the material `name`, which is added if it is new.
+    fn add_material(&mut self, name: &str) -> u32 {
+        let mut known = self.materials.iter();
+        let index = known.position(|known| known == name);
+        index.unwrap_or_else(|| {
+            self.materials.push(name.to_string());
+            self.materials.len() - 1
+        }) as u32
+    }
 }
 
 /// One stream of elements (`v`, `vt` or `vn`) and the indices of faces into it.
@@ -155,6 +218,13 @@ fn statements(text: &str) -> impl Iterator<Item = (usize, Vec<&str>)> {
             }
         }
     })
+}
+
+/// Returns the names of files in `words`; names with spaces have to end in `.mtl`.
+fn file_names<'a>(words: &'a [&str]) -> impl Iterator<Item = String> + 'a {
+    let is_end = |word: &&str| word.to_ascii_lowercase().ends_with(".mtl");
+    let names = words.split_inclusive(is_end);
+    names.map(|words| words.join(" "))
 }
 
 /// Checks a `v` statement and returns its coordinates and weight without

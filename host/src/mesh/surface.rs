@@ -18,6 +18,8 @@ pub(super) struct Face {
     pub normals: [DVec3; 3],
     /// Texture coordinates of the corners, in repeats.
     pub uvs: [DVec2; 3],
+    /// Index of the material.
+    pub material: u32,
 }
 
 impl Face {

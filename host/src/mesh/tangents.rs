@@ -264,6 +264,7 @@ mod tests {
             .flat_map(|i| [[i, i + 1, i + SIDE + 1], [i, i + SIDE + 1, i + SIDE]])
             .map(|vertices| Face {
                 vertices,
+                material: 0,
                 normals: [DVec3::new(0.1, 0.2, 1.0).normalize(); 3],
                 uvs: vertices.map(|vertex| {
                     let mirrored = f64::from(vertices[0] % SIDE > SIDE / 2) * 2.0 - 1.0;

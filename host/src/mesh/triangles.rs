@@ -14,6 +14,9 @@ pub struct Mesh {
     /// The triangles in the order of the source: at least one, none degenerate,
     /// counter-clockwise as seen from outside.
     pub triangles: Vec<MeshTriangle>,
+    /// Names of the mesh file's materials; `""` for triangles without one. Empty if no triangle
+    /// has a material.
+    pub materials: Vec<String>,
     /// Bounding box of the triangles.
     pub bounds: Bounds,
     /// Number of welded positions that the triangles use.
@@ -48,6 +51,8 @@ pub struct MeshReport {
 pub struct MeshTriangle {
     /// The corners, counter-clockwise as seen from outside.
     pub corners: [MeshCorner; 3],
+    /// Index of its material among [`Mesh::materials`]; 0 if there are none.
+    pub material: u32,
 }
 
 /// A corner of a [`MeshTriangle`].

@@ -1,7 +1,7 @@
 //! Materials and lights of a prepared scene: plain data that renderers read.
 
 use relievo_shared::layout::Frame;
-use relievo_shared::shading::{FacetScale, Finish, Light, Lighting, ShadowMap};
+use relievo_shared::shading::{FacetMaterial, Finish, Light, Lighting, ShadowMap};
 
 /// Materials and lights of a scene, ready for a renderer.
 #[derive(Clone, Debug, Default)]
@@ -13,7 +13,7 @@ pub struct PreparedLighting {
     /// The materials of all objects.
     pub finishes: Vec<Finish>,
     /// How the pattern lies on the facets of all objects.
-    pub facets: Vec<FacetScale>,
+    pub facets: Vec<FacetMaterial>,
     /// The lights.
     pub lights: Vec<Light>,
     /// The shadow maps of all lights.
@@ -39,7 +39,7 @@ impl PreparedLighting {
             size_of_val(&self.lighting),
             // No buffer is empty.
             size_of_val(&self.finishes[..]).max(size_of::<Finish>()),
-            size_of_val(&self.facets[..]).max(size_of::<FacetScale>()),
+            size_of_val(&self.facets[..]).max(size_of::<FacetMaterial>()),
             size_of_val(&self.lights[..]).max(size_of::<Light>()),
             size_of_val(&self.shadow_maps[..]).max(size_of::<ShadowMap>()),
             words * size_of::<u32>(),

@@ -146,6 +146,7 @@ fn mesh_options(source: &Source<'_>, smooth_tangents: bool) -> MeshOptions {
     } = source;
     MeshOptions {
         smooth_tangents,
+        parts: object.parts.clone(),
         projection: object.projection,
         scale: transform.scale,
         rotation: transform.rotation,

@@ -7,7 +7,7 @@ use glam::UVec4;
 use rayon::prelude::*;
 use relievo_shared::gbuffer::Hits;
 use relievo_shared::layout::Frame;
-use relievo_shared::shading::{self, FacetScale, Finish, Light, ShadowMap, Tables};
+use relievo_shared::shading::{self, FacetMaterial, Finish, Light, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 
 /// What shading reads.
@@ -79,7 +79,7 @@ impl Tables for Slices<'_> {
     }
 
     #[inline]
-    fn facet(&self, index: u32) -> &FacetScale {
+    fn facet(&self, index: u32) -> &FacetMaterial {
         &self.lighting.facets[index as usize]
     }
 

@@ -4,7 +4,7 @@ use super::keys::{
     CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
 };
 use super::{
-    Instances, LightKind, LightSource, Scene, SceneError, SceneObject, Search, Shape, Tier,
+    Finish, Instances, LightKind, LightSource, Scene, SceneError, SceneObject, Search, Shape, Tier,
     animation,
 };
 use glam::DVec3;
@@ -92,6 +92,9 @@ pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
         let prefix = format!("object {}: ", index + 1);
         object(checked, &prefix)?;
         for (part, name) in checked.finish.names() {
+            if name == Finish::OF_MESH {
+                continue;
+            }
             let mut materials = scene.materials.iter();
             if !materials.any(|material| material.name == name) {
                 let names = scene.materials.iter();
@@ -127,8 +130,8 @@ fn lighting(scene: &Scene) -> Result<(), Problem> {
         let prefix = format!("material {}: ", index + 1);
         ranges(material, MATERIALS, &prefix)?;
         let key = format!("{prefix}name");
-        if material.name.is_empty() || material.name.starts_with('#') {
-            let problem = "is empty or begins with #, as colours do; choose another one";
+        if material.name.is_empty() || material.name.starts_with(['#', '@']) {
+            let problem = "is empty, or begins with # as colours do, or with @; choose another one";
             return wrong(&key, problem);
         }
         let mut before = scene.materials[..index].iter();

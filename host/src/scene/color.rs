@@ -1,5 +1,7 @@
 //! Colours of scenes.
 
+use crate::srgb;
+
 /// A colour in sRGB, channels 0…1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Color(pub [f64; 3]);
@@ -30,14 +32,7 @@ impl Color {
 
     /// Returns linear RGB, 0…1.
     pub fn linear(self) -> [f32; 3] {
-        self.0.map(|s| {
-            let linear = if s <= 0.04045 {
-                s / 12.92
-            } else {
-                ((s + 0.055) / 1.055).powf(2.4)
-            };
-            linear as f32
-        })
+        self.0.map(|channel| srgb::linear(channel) as f32)
     }
 }
 

@@ -187,6 +187,8 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .default("the mesh file's"),
     key!(SceneObject, "mesh", mesh: MeshSource, "Wavefront OBJ, or glTF 2.0 (`.gltf`, `.glb`): the triangles of its default scene.")
         .required(),
+    key!(SceneObject, "parts", parts: Vec<String>, "Names of the materials of the mesh file (`usemtl` of OBJ, materials of glTF) whose triangles are drawn, so that each part of a mesh may have its own pattern ([parts](#parts)).")
+        .default("all"),
     key!(SceneObject, "shape", shape: Shape, "PNG, JPEG, WebP, TIFF or other image, an SVG, a map made by `relievo bake`, or the table of a text (below). Dark pixels are extruded.")
         .required(),
     key!(SceneObject, "raster", raster: Option<u32>, "Pixels of the longer side of a pattern that is an SVG or a text.")
@@ -319,7 +321,7 @@ macro_rules! part_key {
         Key::<SceneObject>::new(
             $name,
             $doc,
-            || format!("{}, or the name of a material", Color::kind()),
+            || format!("{}, the name of a material, or \"@mesh\"", Color::kind()),
             |object| match &object.finish.$part {
                 Some(name) => name.to_toml(),
                 None => object.material.$part.to_toml(),
@@ -342,7 +344,7 @@ macro_rules! part_key {
 
 /// Keys of the table `[object.material]`.
 pub static MATERIAL: &[Key<SceneObject>] = &[
-    part_key!("cap", cap, "The mesh surface on the pattern: a colour, or the name of a `[[material]]`."),
+    part_key!("cap", cap, "The mesh surface on the pattern: a colour, the name of a `[[material]]`, or `@mesh` for the materials of the mesh file ([parts](#parts))."),
     part_key!("wall", wall, "Upright walls, likewise."),
     part_key!("bevel", bevel, "Bevels and chamfers, likewise."),
     part_key!("floor", floor, "The floor between the columns, likewise."),
@@ -399,7 +401,7 @@ pub static ENVIRONMENT: &[Key<Environment>] = &[
 
 /// Keys of a table `[[material]]`.
 pub static MATERIALS: &[Key<PhysicalMaterial>] = &[
-    key!(PhysicalMaterial, "name", name: String, "Name by which objects name it; it does not begin with `#`.").required(),
+    key!(PhysicalMaterial, "name", name: String, "Name by which objects name it; it does not begin with `#` or `@`.").required(),
     key!(PhysicalMaterial, "base_color", base_color: Color, "Colour of a dielectric, or what a metal reflects.").range(0.0, 1.0),
     key!(PhysicalMaterial, "metallic", metallic: f64, "0 for a dielectric, 1 for a metal.").range(0.0, 1.0),
     key!(PhysicalMaterial, "roughness", roughness: f64, "Perceptual roughness: 0 for a mirror, 1 for chalk.").range(0.0, 1.0),
@@ -410,7 +412,7 @@ pub static MATERIALS: &[Key<PhysicalMaterial>] = &[
     key!(PhysicalMaterial, "normal_image", normal_image: Option<PathBuf>, "Picture of normals; green points up.").default("none"),
     key!(PhysicalMaterial, "normal_scale", normal_scale: f64, "Factor of the slopes of that picture.").range(-10.0, 10.0),
     key!(PhysicalMaterial, "emission_image", emission_image: Option<PathBuf>, "Picture of factors of the emission.").default("none"),
-    key!(PhysicalMaterial, "coordinates", coordinates: Coordinates, "What pictures follow on caps and floors: the repeats of the pattern, or the texture coordinates of the mesh. On walls and bevels they follow the outline and the depth."),
+    key!(PhysicalMaterial, "coordinates", coordinates: Coordinates, "What pictures follow: the repeats of the pattern, or the texture coordinates of the mesh. On walls and bevels they follow the outline and the depth, or with `mesh-everywhere` the mesh, as pictures of an unwrapped mesh have to."),
     key!(PhysicalMaterial, "tiles", tiles: [f64; 2], "Repeats of the pictures per repeat of the pattern, or of the mesh's coordinates.").range(1e-4, 1e4),
     key!(PhysicalMaterial, "shade_variation", shade_variation: f64, "Largest change of the base colour from cell to cell of the pattern: each connected piece, such as a brick, is one.")
         .range(0.0, 1.0)

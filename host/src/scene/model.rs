@@ -77,10 +77,14 @@ impl Default for Scene {
 }
 
 impl Scene {
-    /// Returns whether the scene has lights, an environment or materials: then its objects are
-    /// drawn first, and lit physically where they are seen.
+    /// Returns whether the scene has lights, an environment or materials, of its own or of mesh
+    /// files: then its objects are drawn first, and lit physically where they are seen.
     pub fn is_physical(&self) -> bool {
-        !self.lights.is_empty() || self.environment.is_some() || !self.materials.is_empty()
+        let mut objects = self.objects.iter();
+        !self.lights.is_empty()
+            || self.environment.is_some()
+            || !self.materials.is_empty()
+            || objects.any(|object| object.finish.is_of_mesh())
     }
 
     /// Returns the paths of all files that the scene names.

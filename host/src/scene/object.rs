@@ -109,6 +109,8 @@ pub struct SceneObject {
     pub name: String,
     /// The mesh.
     pub mesh: MeshSource,
+    /// Names of the materials of the mesh file whose triangles are drawn; all if there are none.
+    pub parts: Vec<String>,
     /// The pattern.
     pub shape: Shape,
     /// Pixels of the longer side of a pattern that is a drawing or text; `None`
@@ -175,6 +177,7 @@ impl Default for SceneObject {
         SceneObject {
             name: "object".to_string(),
             mesh: MeshSource::File(PathBuf::new()),
+            parts: Vec::new(),
             shape: Shape::File(PathBuf::new()),
             raster: None,
             map: MapOptions::default(),

@@ -1,6 +1,7 @@
 //! Materials of scenes that are lit physically.
 
 use super::Color;
+use relievo_shared::shading::layout::{FOLLOWS_MESH, FOLLOWS_MESH_EVERYWHERE, FOLLOWS_PATTERN};
 use std::path::PathBuf;
 
 /// A material, metallic-roughness as glTF 2.0 has it. Objects name it in their
@@ -86,7 +87,8 @@ impl PhysicalMaterial {
     }
 }
 
-/// What the pictures of a material follow on caps and floors.
+/// What the pictures of a material follow. On walls and bevels they follow the outline and the
+/// depth, unless they follow the mesh everywhere.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Coordinates {
     /// The repeats of the pattern.
@@ -94,23 +96,39 @@ pub enum Coordinates {
     Pattern,
     /// The texture coordinates of the mesh.
     Mesh,
+    /// Those, on walls and bevels, too.
+    MeshEverywhere,
 }
 
 impl Coordinates {
-    /// Both.
-    pub const ALL: [Coordinates; 2] = [Coordinates::Pattern, Coordinates::Mesh];
+    /// All of them.
+    pub const ALL: [Coordinates; 3] = [
+        Coordinates::Pattern,
+        Coordinates::Mesh,
+        Coordinates::MeshEverywhere,
+    ];
 
     /// Returns the name in scene files.
     pub fn name(self) -> &'static str {
         match self {
             Coordinates::Pattern => "pattern",
             Coordinates::Mesh => "mesh",
+            Coordinates::MeshEverywhere => "mesh-everywhere",
+        }
+    }
+
+    /// Returns the `FOLLOWS_` constant of the shared layouts.
+    pub(crate) fn code(self) -> u32 {
+        match self {
+            Coordinates::Pattern => FOLLOWS_PATTERN,
+            Coordinates::Mesh => FOLLOWS_MESH,
+            Coordinates::MeshEverywhere => FOLLOWS_MESH_EVERYWHERE,
         }
     }
 }
 
-/// Names of the materials of an object's parts; a part without one has the colour of the
-/// object's [`Material`](super::Material).
+/// Names of the materials of an object's surfaces: materials of the scene, or [`Finish::OF_MESH`].
+/// A surface without one has the colour of the object's [`Material`](super::Material).
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Finish {
     /// Of caps: the mesh surface on the pattern.
@@ -124,6 +142,25 @@ pub struct Finish {
 }
 
 impl Finish {
+    /// Name that stands for the materials of the mesh file: each triangle has its own.
+    pub const OF_MESH: &str = "@mesh";
+
+    /// Returns a finish of the materials of the mesh file throughout.
+    pub fn of_mesh() -> Finish {
+        let name = || Some(Finish::OF_MESH.to_string());
+        Finish {
+            cap: name(),
+            wall: name(),
+            bevel: name(),
+            floor: name(),
+        }
+    }
+
+    /// Returns whether a surface has the materials of the mesh file.
+    pub fn is_of_mesh(&self) -> bool {
+        self.names().any(|(_, name)| name == Finish::OF_MESH)
+    }
+
     /// Returns the key and the name of each material that is named.
     pub fn names(&self) -> impl Iterator<Item = (&'static str, &str)> {
         [

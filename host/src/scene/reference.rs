@@ -74,6 +74,7 @@ pub fn page() -> String {
         &object,
     );
     techniques(&mut page);
+    page.push_str(PARTS);
     page.push_str(INSTANCES);
     table(
         &mut page,
@@ -119,6 +120,38 @@ material = { cap = \"brick\", wall = \"brick\", floor = \"#b0a898\" }
 ```
 
 A colour is a dielectric whose roughness follows from `shininess`.
+";
+
+const PARTS: &str = "
+## Parts
+
+A mesh file may bring materials: those of an OBJ's `.mtl` files, and those of glTF. `@mesh` in
+`[object.material]` draws each triangle with its own, with their pictures ([Materials and
+lights](lighting.md#materials-of-mesh-files)):
+
+```toml
+[[object]]
+mesh = \"chair.glb\"
+shape = \"weave.png\"
+material = { cap = \"@mesh\", wall = \"@mesh\", floor = \"#2b2018\" }
+```
+
+`parts` draws the triangles of some materials alone, so that other objects of the scene may give the
+rest another pattern. `relievo info` lists the names; triangles without a material are `\"\"`.
+
+```toml
+[[object]]
+mesh = \"chair.glb\"
+parts = [\"seat\", \"back\"]
+shape = \"weave.png\"
+
+[[object]]
+mesh = \"chair.glb\"
+parts = [\"legs\"]
+shape = \"rings.svg\"
+```
+
+A part is carved as if the rest of the mesh were not there: where it ends, so does its carving.
 ";
 
 const ANIMATION: &str = "

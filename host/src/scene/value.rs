@@ -126,6 +126,26 @@ impl<F: Field, const N: usize> Field for [F; N] {
     }
 }
 
+impl Field for Vec<String> {
+    fn kind() -> String {
+        "a list of texts".into()
+    }
+    /// Left out where it is empty.
+    fn to_toml(&self) -> Option<Value> {
+        let texts = self.iter().map(|text| Value::String(text.clone()));
+        (!self.is_empty()).then(|| Value::Array(texts.collect()))
+    }
+    fn from_toml(value: Option<&Value>) -> Option<Self> {
+        match value {
+            None => Some(Vec::new()),
+            Some(value) => {
+                let texts = value.as_array()?.iter();
+                texts.map(|text| String::from_toml(Some(text))).collect()
+            }
+        }
+    }
+}
+
 impl Field for Color {
     fn kind() -> String {
         "a colour: \"#rrggbb\", such as \"#c0a060\", or three numbers from 0 to 1".into()

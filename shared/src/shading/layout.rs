@@ -19,6 +19,15 @@ pub struct Image {
     pub levels: u32,
 }
 
+/// Pictures follow the pattern; on walls and bevels, the outline and the depth.
+pub const FOLLOWS_PATTERN: u32 = 0;
+/// Pictures follow the mesh's texture coordinates; on walls and bevels, the outline and the
+/// depth.
+pub const FOLLOWS_MESH: u32 = 1;
+/// Pictures follow the mesh's texture coordinates on walls and bevels, too, as pictures of an
+/// unwrapped mesh have to.
+pub const FOLLOWS_MESH_EVERYWHERE: u32 = 2;
+
 /// A material, metallic-roughness as glTF 2.0 has it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
@@ -35,8 +44,8 @@ pub struct Material {
     pub normal_scale: Real,
     /// Repeats of the pictures per repeat of the pattern, or of the mesh's texture coordinates.
     pub tiles: [Real; 2],
-    /// Not 0: pictures follow the texture coordinates of the mesh, rather than the pattern.
-    pub follows_mesh: u32,
+    /// What pictures follow, one of the `FOLLOWS_` constants.
+    pub follows: u32,
     /// Largest change of the base colour from cell to cell, as a share of it.
     pub shade_variation: Real,
     /// Not 0: pictures are shifted from cell to cell.
@@ -59,7 +68,7 @@ pub struct Material {
 pub struct Finish {
     /// The material.
     pub material: Material,
-    /// Index of the object's first facet among all [`FacetScale`]s.
+    /// Index of the object's first facet among all [`FacetMaterial`]s.
     pub first_facet: u32,
     /// S_z, object units.
     pub depth: Real,
@@ -77,18 +86,20 @@ pub struct Finish {
     pub side: u32,
 }
 
-/// Number of finishes of an object: one for each class that is hit, in the order of the
-/// `CLASS_` constants.
+/// Number of finishes of an object, or of each of its mesh's materials: one for each class that
+/// is hit, in the order of the `CLASS_` constants.
 pub const FINISHES: u32 = 4;
 
-/// How the pattern lies on a facet.
+/// How the pattern lies on a facet, and of which material of the mesh the facet is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 #[repr(C)]
-pub struct FacetScale {
+pub struct FacetMaterial {
     /// Whole repeats that the facet's texture coordinates lack.
     pub whole: [Real; 2],
     /// |∇u| and |∇v|, repeats per object unit.
     pub density: [Real; 2],
+    /// How many times [`FINISHES`] its finishes come after the object's first ones.
+    pub slot: u32,
 }
 
 /// A light that is far away.
@@ -176,7 +187,7 @@ pub const REFLECTANCE_SIZE: u32 = 32;
 const _: () = {
     use core::mem::size_of;
     assert!(size_of::<Image>() == 16 && size_of::<Material>() == 124);
-    assert!(size_of::<Finish>() == 176 && size_of::<FacetScale>() == 16);
+    assert!(size_of::<Finish>() == 176 && size_of::<FacetMaterial>() == 20);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
     assert!(size_of::<Lighting>() == 160);
 };

@@ -3,7 +3,9 @@
 use super::Tables;
 use super::cells::{cell, hash, unit};
 use super::image::sample;
-use super::layout::{FINISHES, FacetScale, Finish, Image, Material};
+use super::layout::{
+    FINISHES, FOLLOWS_MESH_EVERYWHERE, FOLLOWS_PATTERN, FacetMaterial, Finish, Image, Material,
+};
 use crate::arithmetic::{clamp, div, max, normalize_or, sqrt};
 use crate::gbuffer::Sample;
 use crate::layout::{vec2, vec3};
@@ -27,10 +29,16 @@ pub struct Values {
     pub emission: Vec3,
 }
 
-/// Returns the index of the finish of `hit`, which is no miss.
+/// Returns the index of the finish of `hit`, which is no miss, on a facet of slot 0.
 #[inline]
 pub fn finish_of(hit: &Sample) -> u32 {
     FINISHES * hit.finish + (hit.class - CLASS_CAP)
+}
+
+/// Returns whether `hit` is on a wall or a bevel.
+#[inline]
+fn is_side(hit: &Sample) -> bool {
+    hit.class == CLASS_WALL || hit.class == CLASS_BEVEL
 }
 
 /// Where pictures lie at a hit.
@@ -79,34 +87,35 @@ impl Coordinates {
 /// Returns where the pictures of `finish` lie at `hit`. `pixel` is a pixel's width at
 /// distance 1, and `cosine` the one between surface and eye.
 ///
-/// On caps and floors they follow the pattern or the mesh. On walls and bevels the first axis
-/// follows the outline, and the second one the depth.
+/// On walls and bevels the first axis follows the outline, and the second one the depth, unless
+/// pictures follow the mesh everywhere.
 #[inline]
 pub fn coordinates<T: Texels + ?Sized>(
     words: &T,
     hit: &Sample,
     finish: &Finish,
-    facet: &FacetScale,
+    facet: &FacetMaterial,
     pixel: Real,
     cosine: Real,
 ) -> Coordinates {
     let material = &finish.material;
-    let is_side = hit.class == CLASS_WALL || hit.class == CLASS_BEVEL;
     let whole = hit.uv + vec2(facet.whole);
-    let density = vec2(facet.density);
-    let (at, density) = if is_side {
+    let scale = if material.follows == FOLLOWS_PATTERN {
+        Vec2::ONE
+    } else {
+        vec2(finish.inverse_repeat)
+    };
+    let (repeats, density) = (whole * scale, vec2(facet.density) * scale);
+    let (at, density) = if is_side(hit) && material.follows != FOLLOWS_MESH_EVERYWHERE {
         let (along, density) = if hit.is_along_v {
-            (whole.y, density.y)
+            (repeats.y, density.y)
         } else {
-            (whole.x, density.x)
+            (repeats.x, density.x)
         };
         let down = hit.depth_fraction * finish.depth * density;
         (Vec2::new(along, down), Vec2::splat(density))
-    } else if material.follows_mesh != 0 {
-        let inverse = vec2(finish.inverse_repeat);
-        (whole * inverse, density * inverse)
     } else {
-        (whole, density)
+        (repeats, density)
     };
     let tiles = vec2(material.tiles);
     // Between the widths along and across the slant.
@@ -176,7 +185,10 @@ pub fn values<T: Tables + ?Sized>(
                 found.roughness *= rgb.y;
                 found.metallic *= rgb.z;
             } else if which == 2 {
-                found.normal = bumped(hit, rgb, material.normal_scale, coordinates.axis);
+                // The tangent of a side is not that of pictures that follow the mesh there.
+                if !is_side(hit) || material.follows != FOLLOWS_MESH_EVERYWHERE {
+                    found.normal = bumped(hit, rgb, material.normal_scale, coordinates.axis);
+                }
             } else {
                 found.emission *= rgb;
             }

@@ -12,7 +12,7 @@ pub mod lights;
 pub mod material;
 pub mod shadow_map;
 
-pub use layout::{FacetScale, Finish, Image, Light, Lighting, Material, ShadowMap};
+pub use layout::{FacetMaterial, Finish, Image, Light, Lighting, Material, ShadowMap};
 
 use crate::arithmetic::{clamp, div, kept3, max, sqrt};
 use crate::camera::pixel_ray;
@@ -32,7 +32,7 @@ pub trait Tables: Texels {
     /// Returns finish `index`.
     fn finish(&self, index: u32) -> &Finish;
     /// Returns the scale of facet `index` of all facets.
-    fn facet(&self, index: u32) -> &FacetScale;
+    fn facet(&self, index: u32) -> &FacetMaterial;
     /// Returns light `index`.
     fn light(&self, index: u32) -> &Light;
     /// Returns shadow map `index`.
@@ -126,8 +126,9 @@ pub fn shade<T: Tables + ?Sized>(
     direction: Vec3,
     hit: &Sample,
 ) -> Vec3 {
-    let finish = tables.finish(material::finish_of(hit));
-    let facet = tables.facet(finish.first_facet + hit.facet);
+    let first = material::finish_of(hit);
+    let facet = tables.facet(tables.finish(first).first_facet + hit.facet);
+    let finish = tables.finish(first + facet.slot * layout::FINISHES);
     let position = vec3(frame.eye) + direction * hit.t;
     let to_eye = -direction;
     let across = vec3(frame.ray_right);

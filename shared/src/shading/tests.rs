@@ -7,7 +7,9 @@ use super::{image, lit};
 use crate::edge::Edge;
 use crate::gbuffer::Sample;
 use crate::normals::{CLASS_CAP, CLASS_WALL};
-use crate::shading::layout::{FacetScale, Finish, Image, Material};
+use crate::shading::layout::{
+    FOLLOWS_MESH, FOLLOWS_MESH_EVERYWHERE, FacetMaterial, Finish, Image, Material,
+};
 use crate::shading::material::coordinates;
 use glam::{DVec3, Vec2, Vec3};
 use std::f64::consts::PI;
@@ -226,9 +228,10 @@ fn pictures_follow_pattern_mesh_or_outline() {
         inverse_repeat: [0.25, 0.5],
         ..Finish::default()
     };
-    let facet = FacetScale {
+    let facet = FacetMaterial {
         whole: [2.0, -1.0],
         density: [4.0, 5.0],
+        slot: 0,
     };
     let at =
         |sample: &Sample, finish: &Finish| coordinates(&[0][..], sample, finish, &facet, 0.01, 1.0);
@@ -242,6 +245,10 @@ fn pictures_follow_pattern_mesh_or_outline() {
     };
     // Along v, and 0.1 object units down.
     assert!((at(&wall, &finish).at - Vec2::new(-1.0, 1.5)).length() < 1e-5);
-    finish.material.follows_mesh = 1;
+    finish.material.follows = FOLLOWS_MESH;
     assert!((at(&sample, &finish).at - Vec2::new(1.625, -0.75)).length() < 1e-5);
+    // Half as many repeats along v as of the pattern.
+    assert!((at(&wall, &finish).at - Vec2::new(-0.5, 0.75)).length() < 1e-5);
+    finish.material.follows = FOLLOWS_MESH_EVERYWHERE;
+    assert_eq!(at(&wall, &finish).at, at(&sample, &finish).at);
 }

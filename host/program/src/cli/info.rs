@@ -120,6 +120,18 @@ fn show(
             "    principal curvatures from {:.4} to {:.4} per unit",
             report.smallest_curvature, report.largest_curvature
         ))?;
+        if !mesh.materials.is_empty() {
+            let named = mesh.materials.iter().zip(0..).map(|(name, material)| {
+                let triangles = mesh.triangles.iter();
+                let count = triangles.filter(|triangle| triangle.material == material);
+                format!("{name:?} ({})", count.count())
+            });
+            let named: Vec<String> = named.collect();
+            say(format_args!(
+                "    materials and their triangles: {}",
+                named.join(", ")
+            ))?;
+        }
         let remarks = [
             (
                 report.skipped_degenerate > 0,

@@ -1,4 +1,4 @@
-//! The contents of buffers: in the binary chunk, as data URLs, or in other files.
+//! The contents of buffers and pictures: in the binary chunk, as data URLs, or in other files.
 
 use std::borrow::Cow;
 use std::io::ErrorKind;
@@ -8,11 +8,10 @@ use data_url::DataUrl;
 use gltf::Document;
 use gltf::buffer::{Source, View};
 
-use super::parts::Part;
 use super::problem::Problem;
 use crate::Files;
 
-/// The contents of the buffers that primitives use.
+/// The contents of the buffers that are used.
 pub(super) struct Buffers<'a>(Vec<Option<Cow<'a, [u8]>>>);
 
 pub(super) enum BufferError {
@@ -27,22 +26,18 @@ impl<T: Into<Problem>> From<T> for BufferError {
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads the buffers of `parts`, at most `limit` bytes in total.
-    pub fn load(
+    /// Reads the buffers that `views` show, at most `limit` bytes in total.
+    pub fn load<'v>(
         document: &Document,
-        parts: &[Part<'_>],
+        views: impl Iterator<Item = View<'v>>,
         files: &'a Files,
         path: &Path,
         blob: Option<&'a [u8]>,
         mut limit: u64,
     ) -> Result<Buffers<'a>, BufferError> {
         let mut is_read = vec![false; document.buffers().len()];
-        for accessor in parts.iter().flat_map(Part::accessors) {
-            let sparse = accessor.sparse();
-            let sparse = sparse.map(|sparse| [sparse.indices().view(), sparse.values().view()]);
-            for view in sparse.into_iter().flatten().chain(accessor.view()) {
-                is_read[view.buffer().index()] = true;
-            }
+        for view in views {
+            is_read[view.buffer().index()] = true;
         }
         let mut contents = Vec::with_capacity(is_read.len());
         for (buffer, is_read) in document.buffers().zip(is_read) {
@@ -55,8 +50,7 @@ impl<'a> Buffers<'a> {
                 Source::Bin => Cow::Borrowed(blob.filter(|_| index == 0).ok_or_else(|| {
                     format!("buffer {index} has no content; export it with its buffers")
                 })?),
-                Source::Uri(uri) if is_data(uri) => Cow::Owned(inline(uri, index, limit)?),
-                Source::Uri(uri) => external(files, path, uri, limit)?,
+                Source::Uri(uri) => content(files, path, uri, Kind::Buffer(index), limit)?,
             };
             let length = buffer.length();
             if content.len() < length {
@@ -95,14 +89,46 @@ impl<'a> Buffers<'a> {
     }
 }
 
-fn is_data(uri: &str) -> bool {
-    uri.get(..5)
-        .is_some_and(|start| start.eq_ignore_ascii_case("data:"))
+/// What an address leads to.
+#[derive(Clone, Copy)]
+pub(super) enum Kind {
+    /// The buffer of this number.
+    Buffer(usize),
+    /// The image of this number.
+    Image(usize),
 }
 
-/// Decodes the data URL of a buffer.
-fn inline(uri: &str, index: usize, limit: u64) -> Result<Vec<u8>, BufferError> {
-    let damaged = || Problem(format!("buffer {index} is damaged base64; export it again"));
+impl Kind {
+    fn noun(self) -> &'static str {
+        match self {
+            Kind::Buffer(_) => "buffer",
+            Kind::Image(_) => "image",
+        }
+    }
+}
+
+/// Returns what `uri` leads to: a data URL, or a file beside the one at `path`.
+pub(super) fn content<'a>(
+    files: &'a Files,
+    path: &Path,
+    uri: &str,
+    kind: Kind,
+    limit: u64,
+) -> Result<Cow<'a, [u8]>, BufferError> {
+    let start = uri.get(..5);
+    match start.is_some_and(|start| start.eq_ignore_ascii_case("data:")) {
+        true => inline(uri, kind, limit).map(Cow::Owned),
+        false => external(files, path, uri, kind, limit),
+    }
+}
+
+/// Decodes a data URL.
+fn inline(uri: &str, kind: Kind, limit: u64) -> Result<Vec<u8>, BufferError> {
+    let damaged = || {
+        let (Kind::Buffer(index) | Kind::Image(index)) = kind;
+        let noun = kind.noun();
+        Problem(format!("{noun} {index} is damaged base64; export it again"))
+    };
     let url = DataUrl::process(uri).map_err(|_| damaged())?;
     let mut bytes = Vec::new();
     let mut is_too_large = false;
@@ -121,31 +147,33 @@ fn inline(uri: &str, index: usize, limit: u64) -> Result<Vec<u8>, BufferError> {
     }
 }
 
-/// Reads a buffer from a file of its own.
+/// Reads a file of its own.
 fn external<'a>(
     files: &'a Files,
     path: &Path,
     uri: &str,
+    kind: Kind,
     limit: u64,
 ) -> Result<Cow<'a, [u8]>, BufferError> {
     let has_scheme = uri
         .split_once(':')
         .is_some_and(|(scheme, _)| !scheme.contains('/'));
+    let noun = kind.noun();
     let name = decoded(uri).filter(|name| !has_scheme && !name.is_empty());
     let name = name.ok_or_else(|| {
         let shown: String = uri.chars().take(80).collect();
-        format!("its buffer {shown:?} is not a file name; export the mesh with its buffers beside it or in it")
+        format!("its {noun} {shown:?} is not a file name; export the mesh with its {noun}s beside it or in it")
     })?;
-    let buffer = path.parent().unwrap_or(Path::new("")).join(name);
+    let file = path.parent().unwrap_or(Path::new("")).join(name);
     files
-        .check(&buffer)
-        .map_err(|problem| format!("its buffer {problem}"))?;
-    files.read(&buffer, limit).map_err(|source| {
+        .check(&file)
+        .map_err(|problem| format!("its {noun} {problem}"))?;
+    files.read(&file, limit).map_err(|source| {
         if source.kind() == ErrorKind::FileTooLarge {
             return BufferError::TooLarge;
         }
-        let buffer = buffer.display();
-        format!("cannot read its buffer `{buffer}`: {source}; put it there, or export the mesh as .glb, which is one file")
+        let file = file.display();
+        format!("cannot read its {noun} `{file}`: {source}; put it there, or export the mesh as .glb, which is one file")
             .into()
     })
 }

@@ -6,6 +6,7 @@
 
 mod buffers;
 mod document;
+mod materials;
 mod numbers;
 mod parts;
 mod problem;
@@ -15,14 +16,17 @@ mod triangles;
 
 use std::path::Path;
 
-use gltf::Semantic;
+use gltf::{Document, Semantic};
 
 use super::error::MeshError;
-use super::raw::RawMesh;
+use super::options::MeshOptions;
+use super::raw::{RawMesh, check_parts, is_wanted};
 use crate::Files;
 use buffers::{BufferError, Buffers};
 use document::{MAGIC, document, split};
-use parts::parts;
+pub(super) use materials::materials;
+use materials::{Used, name_of};
+use parts::{Part, parts};
 use problem::Problem;
 
 /// Bytes that an object of the JSON description may take in memory. Files with
@@ -61,33 +65,29 @@ pub(super) fn parse(
     files: &Files,
     bytes: &[u8],
     path: &Path,
-    triangle_limit: usize,
-    byte_limit: u64,
+    options: &MeshOptions,
 ) -> Result<RawMesh, MeshError> {
     let failure = |Problem(problem)| MeshError::Invalid {
         path: path.to_owned(),
         problem,
     };
-    let too_large = || MeshError::TooLarge {
-        path: path.to_owned(),
-        limit: byte_limit,
-    };
-    let (json, blob) = split(bytes).map_err(failure)?;
-    let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
-    if objects.saturating_mul(OBJECT_BYTES) / COUNTED > byte_limit.max(FREE) {
-        return Err(too_large());
+    let (document, blob) = open(bytes, path, options.byte_limit)?;
+    let mut parts = parts(&document).map_err(failure)?;
+    let materials = Used::by(&parts);
+    if !parts.is_empty() {
+        let checked = check_parts(&options.parts, &materials.names());
+        checked.map_err(|problem| failure(problem.into()))?;
     }
-    let document = document(json).map_err(failure)?;
-    let parts = parts(&document).map_err(failure)?;
+    parts.retain(|part| is_wanted(&options.parts, &name_of(&part.primitive.material())));
 
-    let mut count = 0_usize;
+    let (mut count, limit) = (0_usize, options.limit());
     for part in &parts {
         count = count.saturating_add(part.triangle_count().map_err(failure)?);
-        if count > triangle_limit {
+        if count > limit {
             return Err(MeshError::TooManyTriangles {
                 path: path.to_owned(),
                 count,
-                limit: triangle_limit,
+                limit,
             });
         }
     }
@@ -97,13 +97,10 @@ pub(super) fn parse(
         });
     }
 
-    let buffers = Buffers::load(&document, &parts, files, path, blob, {
-        byte_limit.saturating_sub(bytes.len() as u64)
-    })
-    .map_err(|error| match error {
-        BufferError::Problem(problem) => failure(problem),
-        BufferError::TooLarge => too_large(),
-    })?;
+    let views = parts.iter().flat_map(Part::views);
+    let left = options.byte_limit.saturating_sub(bytes.len() as u64);
+    let buffers = Buffers::load(&document, views, files, path, blob, left)
+        .map_err(|error| buffer_error(error, path, options.byte_limit))?;
     let lacking = |semantic: Semantic| {
         parts
             .iter()
@@ -111,16 +108,49 @@ pub(super) fn parse(
     };
     let without_uvs = lacking(Semantic::TexCoords(0)).map(|part| format!("in {}", part.name));
     let mut mesh = RawMesh {
-        positions: Vec::new(),
-        normals: Vec::new(),
-        uvs: Vec::new(),
         triangles: Vec::with_capacity(count),
+        materials: materials.names(),
         face_without_uvs: without_uvs,
+        ..RawMesh::default()
     };
     let has_normals = lacking(Semantic::Normals).is_none();
     for part in &parts {
         part.append(&buffers, has_normals, &mut mesh)
             .map_err(|Problem(problem)| failure(format!("{}: {problem}", part.name).into()))?;
+        if !mesh.materials.is_empty() {
+            let material = materials.index(&part.primitive.material());
+            mesh.material_of.resize(mesh.triangles.len(), material);
+        }
     }
     Ok(mesh)
+}
+
+/// Returns the description and the binary chunk of a file.
+fn open<'a>(
+    bytes: &'a [u8],
+    path: &Path,
+    byte_limit: u64,
+) -> Result<(Document, Option<&'a [u8]>), MeshError> {
+    let failure = |Problem(problem)| MeshError::Invalid {
+        path: path.to_owned(),
+        problem,
+    };
+    let (json, blob) = split(bytes).map_err(failure)?;
+    let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
+    if objects.saturating_mul(OBJECT_BYTES) / COUNTED > byte_limit.max(FREE) {
+        return Err(MeshError::TooLarge {
+            path: path.to_owned(),
+            limit: byte_limit,
+        });
+    }
+    Ok((document(json).map_err(failure)?, blob))
+}
+
+/// Returns the error of a mesh whose buffers or pictures cannot be read.
+fn buffer_error(error: BufferError, path: &Path, limit: u64) -> MeshError {
+    let path = path.to_owned();
+    match error {
+        BufferError::Problem(Problem(problem)) => MeshError::Invalid { path, problem },
+        BufferError::TooLarge => MeshError::TooLarge { path, limit },
+    }
 }

@@ -1,6 +1,7 @@
 //! The scene tree: primitives with triangles and their transforms.
 
 use glam::{DMat4, DQuat, DVec3};
+use gltf::buffer::View;
 use gltf::mesh::Mode;
 use gltf::scene::Transform;
 use gltf::{Accessor, Document, Mesh, Node, Primitive, Semantic};
@@ -135,8 +136,17 @@ impl Part<'_> {
         }
     }
 
+    /// Returns the buffer views that are read.
+    pub fn views(&self) -> impl Iterator<Item = View<'_>> {
+        self.accessors().flat_map(|accessor| {
+            let sparse = accessor.sparse();
+            let sparse = sparse.map(|sparse| [sparse.indices().view(), sparse.values().view()]);
+            sparse.into_iter().flatten().chain(accessor.view())
+        })
+    }
+
     /// Returns the accessors that are read.
-    pub fn accessors(&self) -> impl Iterator<Item = Accessor<'_>> {
+    fn accessors(&self) -> impl Iterator<Item = Accessor<'_>> {
         let streams = [
             Semantic::Positions,
             Semantic::Normals,

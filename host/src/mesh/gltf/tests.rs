@@ -15,6 +15,15 @@ use crate::scene::Scene;
 use crate::{Files, Limits};
 
 const LIMIT: usize = 10_000;
+const BYTES: u64 = 1 << 20;
+
+fn options(byte_limit: u64) -> MeshOptions {
+    MeshOptions {
+        triangle_limit: LIMIT,
+        byte_limit,
+        ..MeshOptions::default()
+    }
+}
 
 /// Builds a JSON description and its buffer.
 struct Builder {
@@ -128,13 +137,10 @@ fn base64(bytes: &[u8]) -> String {
 }
 
 fn read(bytes: &[u8]) -> Result<RawMesh, MeshError> {
-    parse(
-        &Files::memory([]),
-        bytes,
-        Path::new("a/b.glb"),
-        LIMIT,
-        1 << 20,
-    )
+    let (files, path) = (Files::memory([]), Path::new("a/b.glb"));
+    // Of any file that is a mesh, or not.
+    let _ = materials(&files, bytes, path, BYTES);
+    parse(&files, bytes, path, &options(BYTES))
 }
 
 fn message(bytes: &[u8]) -> String {
@@ -178,7 +184,7 @@ type Vertices = (Vec<[f32; 3]>, Vec<[f32; 3]>, Vec<[f32; 2]>, Vec<u32>);
 fn torus() -> Vertices {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/meshes/torus.obj");
     let text = std::fs::read_to_string(&path).unwrap();
-    let mesh = crate::mesh::obj::parse(&text, &path, LIMIT).unwrap();
+    let mesh = crate::mesh::obj::parse(&text, &path, &options(BYTES)).unwrap();
     let mut known = HashMap::new();
     let (mut positions, mut normals, mut uvs) = (Vec::new(), Vec::new(), Vec::new());
     let mut indices = Vec::new();
@@ -502,7 +508,8 @@ fn buffers_are_files_beside_it() {
         let name = |name: &str| (PathBuf::from(name), Arc::from(bytes.as_slice()));
         let files = Files::memory([name("a/x.bin"), name("y.bin")]);
         let limit = text.len() as u64 + limit;
-        parse(&files, &text, Path::new("a/b.gltf"), LIMIT, limit).map_err(|error| error.to_string())
+        parse(&files, &text, Path::new("a/b.gltf"), &options(limit))
+            .map_err(|error| error.to_string())
     };
     let length = bytes.len() as u64;
     for uri in ["x.bin", "./x.bin", "../y.bin", "%78.bin"] {
@@ -541,7 +548,7 @@ fn buffers_are_files_beside_it() {
     let files = Files::of_scene(&scenes).unwrap();
     let read = |files: &Files, uri: &str| {
         let path = scenes.join("b.gltf");
-        parse(files, &plain().text(uri), &path, LIMIT, 1 << 20).map_err(|error| error.to_string())
+        parse(files, &plain().text(uri), &path, &options(BYTES)).map_err(|error| error.to_string())
     };
     assert!(read(&files, "in.bin").is_ok());
     assert!(
@@ -604,5 +611,174 @@ fn everything() -> Builder {
     builder.json["meshes"][0]["primitives"][0]["attributes"] =
         json!({"POSITION": 0, "NORMAL": normals, "TEXCOORD_0": uvs});
     builder.json["nodes"] = json!([{"mesh": 0, "children": [1]}, {"mesh": 0}]);
+    let picture = builder.view(b"picture");
+    builder.json["images"] = json!([
+        {"bufferView": picture, "mimeType": "image/png"},
+        {"uri": format!("data:image/png;base64,{}", base64(b"inline"))},
+        {"uri": "my%20wood.png"},
+    ]);
+    builder.json["textures"] = json!([{"source": 0}, {"source": 1}, {"source": 2}, {}]);
+    builder.json["materials"] = json!([
+        {},
+        {
+            "name": "oak",
+            "pbrMetallicRoughness": {
+                "baseColorFactor": [0.5, 0.25, 0.125, 1.0],
+                "metallicFactor": 0.75,
+                "roughnessFactor": 0.5,
+                "baseColorTexture": {
+                    "index": 2,
+                    "extensions": {"KHR_texture_transform": {"scale": [2.0, 3.0]}},
+                },
+                "metallicRoughnessTexture": {"index": 1},
+            },
+            "normalTexture": {"index": 0, "scale": 0.5},
+            "emissiveFactor": [1.0, 0.5, 0.0],
+            "emissiveTexture": {"index": 0},
+            "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4.0}},
+        },
+        {
+            "name": "glass",
+            "alphaMode": "BLEND",
+            "occlusionTexture": {"index": 0},
+            "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1}},
+            "emissiveTexture": {"index": 3},
+            "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1.0}},
+        },
+        {
+            "name": "old",
+            "extensions": {"KHR_materials_pbrSpecularGlossiness": {
+                "diffuseFactor": [0.5, 0.5, 0.5, 1.0],
+                "glossinessFactor": 0.75,
+                "diffuseTexture": {"index": 0},
+            }},
+        },
+    ]);
+    builder.json["meshes"][0]["primitives"][0]["material"] = 1.into();
     builder
+}
+
+/// Returns a square of each material of [`everything`], and one without.
+fn materialized() -> Builder {
+    let mut builder = everything();
+    builder.json["nodes"] = json!([{"mesh": 0}]);
+    let first = builder.json["meshes"][0]["primitives"][0].clone();
+    for material in [Some(3), None, Some(1), Some(2), Some(0)] {
+        let mut primitive = first.clone();
+        match material {
+            Some(material) => primitive["material"] = material.into(),
+            None => {
+                primitive.as_object_mut().unwrap().remove("material");
+            }
+        }
+        builder.primitive(primitive);
+    }
+    builder
+}
+
+#[test]
+fn triangles_have_the_materials_of_their_primitives() {
+    let mesh = read(&materialized().glb()).unwrap();
+    assert_eq!(mesh.materials, ["oak", "old", "", "glass", "material 0"]);
+    let of_squares: Vec<u32> = mesh.material_of.chunks(2).map(|pair| pair[0]).collect();
+    assert_eq!(of_squares, [0, 1, 2, 0, 3, 4]);
+    assert_eq!(mesh.material_of.len(), mesh.triangles.len());
+    let mesh = read(&plain().glb()).unwrap();
+    assert!(mesh.materials.is_empty() && mesh.material_of.is_empty());
+}
+
+#[test]
+fn parts_are_read_alone() {
+    let mut builder = materialized();
+    // Texture coordinates that the other parts lack do not matter.
+    let primitives = builder.json["meshes"][0]["primitives"].as_array_mut();
+    for primitive in primitives.unwrap().iter_mut().skip(1) {
+        let attributes = primitive["attributes"].as_object_mut().unwrap();
+        attributes.remove("TEXCOORD_0");
+    }
+    let file = builder.glb();
+    let parts = |names: &[&str]| {
+        let options = MeshOptions {
+            parts: names.iter().map(|name| name.to_string()).collect(),
+            ..options(BYTES)
+        };
+        parse(&Files::memory([]), &file, Path::new("a.glb"), &options)
+    };
+    let all = parts(&[]).unwrap();
+    assert_eq!(
+        (all.triangles.len(), all.face_without_uvs.is_some()),
+        (12, true)
+    );
+    let some = parts(&["glass", ""]).unwrap();
+    assert_eq!(
+        (some.triangles.len(), &some.material_of[..]),
+        (4, &[2, 2, 3, 3][..])
+    );
+    assert_eq!(parts(&["old"]).unwrap().triangles.len(), 2);
+    let message = parts(&["oak", "tin"]).unwrap_err().to_string();
+    let told = r#"has no part "tin"; its parts are "oak", "old", "", "glass", "material 0""#;
+    assert!(message.contains(told), "{message}");
+}
+
+#[test]
+fn materials_are_read_with_their_pictures() {
+    let files = Files::memory([("a/my wood.png".into(), b"wood".as_slice().into())]);
+    let file = materialized().glb();
+    let found = materials(&files, &file, Path::new("a/b.glb"), BYTES).unwrap();
+    let [oak, old, none, glass, plain] = &found.materials[..] else {
+        panic!("{found:?}");
+    };
+    assert_eq!(
+        (oak.base_color, oak.metallic, oak.roughness),
+        ([0.5, 0.25, 0.125], 0.75, 0.5)
+    );
+    assert_eq!(
+        (oak.emission, oak.normal_scale, oak.tiles),
+        ([4.0, 2.0, 0.0], 0.5, [2.0, 3.0])
+    );
+    let content = |picture: Option<usize>| &found.pictures[picture.unwrap()].1[..];
+    assert_eq!(content(oak.base_color_picture), b"wood");
+    assert_eq!(content(oak.metallic_roughness_picture), b"inline");
+    assert_eq!(content(oak.normal_picture), b"picture");
+    assert_eq!(oak.emission_picture, oak.normal_picture);
+    assert_eq!(
+        (old.base_color, old.metallic, old.roughness),
+        ([0.5; 3], 0.0, 0.25)
+    );
+    assert_eq!(content(old.base_color_picture), b"picture");
+    // The default of glTF.
+    assert_eq!((none.metallic, none.roughness), (1.0, 1.0));
+    assert_eq!((plain.metallic, plain.roughness), (1.0, 1.0));
+    assert_eq!(
+        (glass.base_color_picture, glass.emission_picture),
+        (None, None)
+    );
+    let unused: Vec<_> = found
+        .unused
+        .iter()
+        .map(|left| (&*left.material, &*left.what))
+        .collect();
+    for left in [
+        ("old", "specular colours and glossiness pictures"),
+        ("glass", "pictures with a second set of texture coordinates"),
+        ("glass", "pictures in formats of extensions"),
+        ("glass", "pictures of occlusion"),
+        ("glass", "transparency"),
+        ("glass", "KHR_materials_clearcoat"),
+    ] {
+        assert!(unused.contains(&left), "{left:?}: {unused:?}");
+    }
+    assert_eq!(unused.len(), 6, "{unused:?}");
+    assert!(found.problems.is_empty());
+
+    // A picture that is missing is told; all others are there.
+    let found = materials(&Files::memory([]), &file, Path::new("a/b.glb"), BYTES).unwrap();
+    assert_eq!((found.pictures.len(), found.problems.len()), (2, 1));
+    assert!(
+        found.problems[0].contains("my wood.png"),
+        "{:?}",
+        found.problems
+    );
+    let small = materials(&files, &file, Path::new("a/b.glb"), file.len() as u64 + 3);
+    assert!(matches!(small, Err(MeshError::TooLarge { .. })));
 }

@@ -3,18 +3,19 @@
 use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
 use super::cells::cells;
+use super::of_meshes::OfMeshes;
 use super::pictures::{Encoding, Pictures};
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::MeshTriangle;
-use crate::scene::{self, Color, Coordinates, PhysicalMaterial, Scene, SceneObject};
+use crate::scene::{self, Color, PhysicalMaterial, Scene, SceneObject};
 use rayon::prelude::*;
 use relievo_shared::gbuffer::{KNOWS_EDGES, MOST_FACETS, MOST_FINISHES};
 use relievo_shared::layout::FORMAT_PAPER;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_WALL};
 use relievo_shared::profile::{grows_mostly, growth};
 use relievo_shared::shading::layout::FINISHES;
-use relievo_shared::shading::{FacetScale, Finish, Image, Material};
+use relievo_shared::shading::{FacetMaterial, Finish, Image, Material};
 use std::path::PathBuf;
 
 /// Returns the finishes and the scales of all facets of `objects`, and numbers the materials in
@@ -25,9 +26,10 @@ pub(super) fn finishes(
     pictures: &mut Pictures<'_>,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
-) -> Result<(Vec<Finish>, Vec<FacetScale>), Error> {
+) -> Result<(Vec<Finish>, Vec<FacetMaterial>), Error> {
     let mut finishes: Vec<Finish> = Vec::new();
     let mut facets = Vec::new();
+    let mut of_meshes = OfMeshes::new(scene);
     let knows_edges = if scene.smooth_edges { KNOWS_EDGES } else { 0 };
     for index in 0..objects.len() {
         let (before, rest) = objects.split_at_mut(index);
@@ -47,7 +49,7 @@ pub(super) fn finishes(
                 scene: scene.path.clone(),
                 name: object.name.clone(),
                 problem: format!(
-                    "is one too many: a scene with materials, lights or an environment has at most {MOST_FINISHES} different objects; copies count as one if they are instances without error_px"
+                    "is one too many: a scene with materials, lights or an environment has at most {MOST_FINISHES} different objects, where each material of a mesh counts as one; copies count as one if they are instances without error_px"
                 ),
             });
         }
@@ -70,49 +72,56 @@ pub(super) fn finishes(
         account.take(
             &object.name,
             triangles.len() as u64,
-            size_of::<FacetScale>() as u64,
+            size_of::<FacetMaterial>() as u64,
         )?;
         let first_facet = facets.len() as u32;
-        facets.par_extend(
-            triangles
-                .par_iter()
-                .map(|triangle| scale(triangle, object.repeat)),
-        );
+        let is_of_mesh = object.finish.is_of_mesh();
+        facets.par_extend(triangles.par_iter().map(|triangle| {
+            let slot = if is_of_mesh { triangle.material } else { 0 };
+            on_facet(triangle, object.repeat, slot)
+        }));
+        let mesh_materials = match is_of_mesh {
+            true => of_meshes.materials(object, &prepared.mesh, pictures, words, account)?,
+            false => vec![Material::default()],
+        };
         let cells = cells_of(scene, object, prepared, words, account)?;
-        // In the order of the classes.
-        for (name, color) in [
-            (&object.finish.cap, object.material.cap),
-            (&object.finish.wall, object.material.wall),
-            (&object.finish.bevel, object.material.bevel),
-            (&object.finish.floor, object.material.floor),
-        ] {
-            let mut materials = scene.materials.iter();
-            let named =
-                materials.find(|material| name.as_ref().is_some_and(|name| *name == material.name));
-            let material = match named {
-                Some(material) => named_material(material, pictures, words, account)?,
-                None => plain_material(color, &object.material),
-            };
-            finishes.push(Finish {
-                material,
-                first_facet,
-                depth: prepared.parameters.depth,
-                inverse_repeat: object.repeat.map(|repeat| (1.0 / repeat) as f32),
-                period: object.repeat.map(|repeat| match repeat.fract() == 0.0 {
-                    true => repeat as f32,
-                    false => 0.0,
-                }),
-                cells: match named.is_some_and(PhysicalMaterial::varies) {
-                    true => cells,
-                    false => Image::default(),
-                },
-                seed: prepared.number as u32,
-                growth: growth(&prepared.parameters),
-                side: match grows_mostly(&prepared.parameters) {
-                    true => CLASS_BEVEL,
-                    false => CLASS_WALL,
-                },
-            });
+        for mesh_material in mesh_materials {
+            // In the order of the classes.
+            for (name, color) in [
+                (&object.finish.cap, object.material.cap),
+                (&object.finish.wall, object.material.wall),
+                (&object.finish.bevel, object.material.bevel),
+                (&object.finish.floor, object.material.floor),
+            ] {
+                let mut materials = scene.materials.iter();
+                let named = materials
+                    .find(|material| name.as_ref().is_some_and(|name| *name == material.name));
+                let material = match (named, name.as_deref()) {
+                    (Some(material), _) => named_material(material, pictures, words, account)?,
+                    (None, Some(scene::Finish::OF_MESH)) => mesh_material,
+                    (None, _) => plain_material(color, &object.material),
+                };
+                finishes.push(Finish {
+                    material,
+                    first_facet,
+                    depth: prepared.parameters.depth,
+                    inverse_repeat: object.repeat.map(|repeat| (1.0 / repeat) as f32),
+                    period: object.repeat.map(|repeat| match repeat.fract() == 0.0 {
+                        true => repeat as f32,
+                        false => 0.0,
+                    }),
+                    cells: match named.is_some_and(PhysicalMaterial::varies) {
+                        true => cells,
+                        false => Image::default(),
+                    },
+                    seed: prepared.number as u32,
+                    growth: growth(&prepared.parameters),
+                    side: match grows_mostly(&prepared.parameters) {
+                        true => CLASS_BEVEL,
+                        false => CLASS_WALL,
+                    },
+                });
+            }
         }
     }
     Ok((finishes, facets))
@@ -145,8 +154,8 @@ fn cells_of(
     })
 }
 
-/// Returns how the pattern lies on a triangle.
-fn scale(triangle: &MeshTriangle, repeat: [f64; 2]) -> FacetScale {
+/// Returns how the pattern lies on a triangle with the materials of `slot`.
+fn on_facet(triangle: &MeshTriangle, repeat: [f64; 2], slot: u32) -> FacetMaterial {
     let (_, whole) = repeats(triangle, repeat);
     let mean = |axis: usize| {
         let lengths = triangle.corners.iter().map(|corner| match axis {
@@ -155,9 +164,10 @@ fn scale(triangle: &MeshTriangle, repeat: [f64; 2]) -> FacetScale {
         });
         (lengths.sum::<f64>() / 3.0 * repeat[axis]) as f32
     };
-    FacetScale {
+    FacetMaterial {
         whole: whole.map(|repeats| repeats as f32),
         density: [mean(0), mean(1)],
+        slot,
     }
 }
 
@@ -196,7 +206,7 @@ fn named_material(
         shade_variation: material.shade_variation as f32,
         shifts: u32::from(material.shifts),
         turns: u32::from(material.turns),
-        follows_mesh: u32::from(material.coordinates == Coordinates::Mesh),
+        follows: material.coordinates.code(),
         base_color_image: picture(&material.base_color_image, Encoding::Color)?,
         metallic_roughness_image: picture(&material.metallic_roughness_image, Encoding::Linear)?,
         normal_image: picture(&material.normal_image, Encoding::Linear)?,

@@ -7,6 +7,7 @@
 //! reflectance   what microfacets reflect of even light
 //! lights        lights → their layouts, and frames of shadow maps
 //! finishes      materials of objects
+//! of_meshes     materials of mesh files
 //! cells         pattern → its connected pieces
 //! ```
 
@@ -14,6 +15,7 @@ mod cells;
 mod environment;
 mod finishes;
 mod lights;
+mod of_meshes;
 mod pictures;
 mod reflectance;
 

@@ -1,9 +1,11 @@
 //! Pictures of materials, as words.
 
 use crate::Error;
+use crate::Files;
 use crate::limits::Account;
 use crate::scene::Scene;
 use crate::shape_map::load_picture;
+use crate::srgb;
 use image::imageops::{self, FilterType};
 use image::{DynamicImage, Rgba32FImage};
 use relievo_shared::shading::Image;
@@ -46,6 +48,19 @@ impl<'a> Pictures<'a> {
         words: &mut Vec<u32>,
         account: &mut Account<'_>,
     ) -> Result<Image, Error> {
+        self.load_from(&self.scene.files, path, encoding, words, account)
+    }
+
+    /// As [`Pictures::load`], for files that the scene does not name: the paths have to differ
+    /// from theirs.
+    pub(super) fn load_from(
+        &mut self,
+        files: &Files,
+        path: &Path,
+        encoding: Encoding,
+        words: &mut Vec<u32>,
+        account: &mut Account<'_>,
+    ) -> Result<Image, Error> {
         let mut known = self.known.iter();
         if let Some((_, _, image)) =
             known.find(|(other, meant, _)| other == path && *meant == encoding)
@@ -53,7 +68,7 @@ impl<'a> Pictures<'a> {
             return Ok(*image);
         }
         let max_pixels = self.scene.limits.pixels.min(account.left(TEXEL));
-        let picture = load_picture(&self.scene.files, path, max_pixels)?;
+        let picture = load_picture(files, path, max_pixels)?;
         let pixels = u64::from(picture.width()) * u64::from(picture.height());
         account.take(path.display(), pixels, TEXEL)?;
         let image = append(words, linear(picture, encoding));
@@ -73,10 +88,7 @@ pub(super) fn linear(picture: DynamicImage, encoding: Encoding) -> Rgba32FImage 
     if encoding == Encoding::Color && !has_light {
         for pixel in pixels.pixels_mut() {
             for channel in &mut pixel.0[..3] {
-                *channel = match *channel {
-                    s if s <= 0.04045 => s / 12.92,
-                    s => ((s + 0.055) / 1.055).powf(2.4),
-                };
+                *channel = srgb::linear(f64::from(*channel)) as f32;
             }
         }
     }

@@ -333,3 +333,105 @@ fn objects_with_an_error_budget_keep_their_materials() {
     let finishes: Vec<u32> = finishes.map(|object| object.parameters.finish).collect();
     assert_eq!(finishes, [0, 1]);
 }
+
+/// A picture of 2 × 2 texels, as the bytes of a PNG.
+fn four_colors(texels: [[u8; 3]; 4]) -> Vec<u8> {
+    let picture = image::RgbImage::from_raw(2, 2, texels.concat()).unwrap();
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let format = image::ImageFormat::Png;
+    picture.write_to(&mut bytes, format).unwrap();
+    bytes.into_inner()
+}
+
+/// Two squares side by side in the plane z = 0, with materials of their own.
+const TWO_SQUARES: &str = "mtllib two.mtl
+v -2 -1 0\nv 0 -1 0\nv 0 1 0\nv -2 1 0\nv 2 -1 0\nv 2 1 0
+vt 0 0\nvt 1 0\nvt 1 1\nvt 0 1
+usemtl four\nf 1/1 2/2 3/3 4/4
+usemtl red\nf 2/1 5/2 6/3 3/4
+";
+
+fn two_squares(change: impl Fn(SceneObject) -> SceneObject) -> Scene {
+    let (red, green, blue, white) = ([255, 0, 0], [0, 255, 0], [0, 0, 255], [255; 3]);
+    let files = [
+        ("two.obj", TWO_SQUARES.as_bytes().to_vec()),
+        (
+            "two.mtl",
+            b"newmtl red\nKd 1 0 0\nnewmtl four\nKd 1 1 1\nmap_Kd four.png\n".to_vec(),
+        ),
+        // Its first row is the upper one.
+        ("four.png", four_colors([red, green, blue, white])),
+    ];
+    let files = files.map(|(name, bytes)| (name.into(), bytes.into()));
+    let object = SceneObject::new("two.obj", covered()).depth(0.01);
+    let scene = Scene {
+        files: Files::memory(files),
+        ..Scene::default()
+    };
+    scene
+        .size(80, 40)
+        .camera(Camera::new([0.0, 0.0, 5.0], [0.0; 3]))
+        .environment(Environment {
+            occlusion: 0.0,
+            ..Environment::default()
+        })
+        .object(change(object.finish(Finish::of_mesh())))
+}
+
+/// Returns which channels of the pixel at (`x`, `y`) of the plane are bright.
+fn bright(words: &crate::render::ColorWords, [x, y]: [f64; 2]) -> Option<[bool; 3]> {
+    // Half the height of the picture at distance 5.
+    let half = 5.0 * (0.5 * 45_f64.to_radians()).tan();
+    let column = 40.0 + 20.0 * x / half;
+    let row = 20.0 - 20.0 * y / half;
+    let [red, green, blue, class] = words.words[row as usize * 80 + column as usize];
+    let channels = [red, green, blue].map(|channel| f32::from_bits(channel) > 0.3);
+    (class == CLASS_CAP).then_some(channels)
+}
+
+#[test]
+fn triangles_show_the_materials_and_pictures_of_their_mesh() {
+    let (_, words) = colors(&two_squares(|object| object));
+    // In the middle of the texels.
+    assert_eq!(bright(&words, [-1.5, 0.5]), Some([true, false, false]));
+    assert_eq!(bright(&words, [-0.5, 0.5]), Some([false, true, false]));
+    assert_eq!(bright(&words, [-1.5, -0.5]), Some([false, false, true]));
+    assert_eq!(bright(&words, [-0.5, -0.5]), Some([true; 3]));
+    for place in [[0.5, 0.5], [1.5, -0.5]] {
+        assert_eq!(bright(&words, place), Some([true, false, false]));
+    }
+    // The pattern's repeats do not matter.
+    let (_, repeated) = colors(&two_squares(|object| object.repeat(3.0, 5.0)));
+    assert_eq!(bright(&repeated, [-0.5, 0.5]), Some([false, true, false]));
+}
+
+#[test]
+fn parts_are_drawn_alone() {
+    let parts = |name: &str| {
+        let scene = two_squares(|object| SceneObject {
+            parts: vec![name.to_string()],
+            ..object
+        });
+        prepare(&scene, &|_| ())
+    };
+    let prepared = parts("red").unwrap();
+    let words = CpuRenderer::new(&prepared).color(&prepared.frame).unwrap();
+    assert_eq!(bright(&words, [0.5, 0.5]), Some([true, false, false]));
+    assert_eq!(bright(&words, [-0.5, 0.5]), None);
+    let message = parts("tin").err().unwrap().to_string();
+    assert!(
+        message.contains(r#"its parts are "four", "red""#),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_mesh_without_materials_is_told() {
+    let scene = Scene::default().object(
+        SceneObject::new(plate(1.0, 0.0), covered())
+            .depth(0.01)
+            .finish(Finish::of_mesh()),
+    );
+    let message = prepare(&scene, &|_| ()).err().unwrap().to_string();
+    assert!(message.contains("@mesh"), "{message}");
+}

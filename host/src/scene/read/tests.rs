@@ -323,7 +323,7 @@ fn mistakes_in_lights_and_materials_are_told_with_line_and_key() {
         (
             "name = 'gold'",
             "name = '#gold'",
-            "material 1: name is empty or begins with #",
+            "material 1: name is empty, or begins with #",
         ),
         (
             "name = 'gold'\n",

@@ -2,7 +2,7 @@ use super::*;
 use crate::camera::tests::frame;
 use crate::gbuffer::octahedral;
 use crate::normals::{CLASS_BEVEL, CLASS_WALL};
-use crate::shading::{FacetScale, Finish, Light, ShadowMap};
+use crate::shading::{FacetMaterial, Finish, Light, ShadowMap};
 use crate::shape_map::Texels;
 use glam::UVec4;
 use proptest::prelude::*;
@@ -11,7 +11,7 @@ use std::vec::Vec;
 const SIDE: u32 = 8;
 
 /// One material, on a carving that is 0.02 deep.
-struct Materials(Finish, FacetScale);
+struct Materials(Finish, FacetMaterial);
 
 impl Materials {
     fn new() -> Materials {
@@ -20,9 +20,9 @@ impl Materials {
             side: CLASS_WALL,
             ..Finish::default()
         };
-        let facet = FacetScale {
+        let facet = FacetMaterial {
             density: [2.0, 2.0],
-            ..FacetScale::default()
+            ..FacetMaterial::default()
         };
         Materials(finish, facet)
     }
@@ -39,7 +39,7 @@ impl Tables for Materials {
         &self.0
     }
 
-    fn facet(&self, _: u32) -> &FacetScale {
+    fn facet(&self, _: u32) -> &FacetMaterial {
         &self.1
     }
 

@@ -1,0 +1,153 @@
+//! The materials of mesh files.
+
+use super::error::MeshError;
+use super::load::{Format, read_bytes};
+use super::source::MeshSource;
+use super::{gltf, mtl};
+use crate::Files;
+
+/// A material of a mesh file, metallic-roughness as glTF 2.0 has it.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct MeshMaterial {
+    /// Its name in the file.
+    pub name: String,
+    /// Base colour, linear RGB.
+    pub base_color: [f32; 3],
+    /// 0 for a dielectric, 1 for a metal.
+    pub metallic: f32,
+    /// Perceptual roughness, 0…1.
+    pub roughness: f32,
+    /// Linear RGB of the light that it sends out.
+    pub emission: [f32; 3],
+    /// Factor of the slopes of the normal picture.
+    pub normal_scale: f32,
+    /// Repeats of the pictures per repeat of the texture coordinates.
+    pub tiles: [f32; 2],
+    /// Factors of the base colour, sRGB: an index into [`MeshMaterials::pictures`].
+    pub base_color_picture: Option<usize>,
+    /// Factors of roughness (green) and metallic (blue).
+    pub metallic_roughness_picture: Option<usize>,
+    /// Normals; green points up.
+    pub normal_picture: Option<usize>,
+    /// Factors of the emission, sRGB.
+    pub emission_picture: Option<usize>,
+}
+
+impl Default for MeshMaterial {
+    /// A white dielectric.
+    fn default() -> MeshMaterial {
+        MeshMaterial {
+            name: String::new(),
+            base_color: [1.0; 3],
+            metallic: 0.0,
+            roughness: 0.5,
+            emission: [0.0; 3],
+            normal_scale: 1.0,
+            tiles: [1.0; 2],
+            base_color_picture: None,
+            metallic_roughness_picture: None,
+            normal_picture: None,
+            emission_picture: None,
+        }
+    }
+}
+
+impl MeshMaterial {
+    /// Limits the numbers to those that the keys of a scene's materials may have.
+    fn limit(&mut self) {
+        let limit = |number: &mut f32, low: f32, high: f32| {
+            *number = match number.is_nan() {
+                true => low.max(0.0),
+                false => number.clamp(low, high),
+            };
+        };
+        let shares = [&mut self.metallic, &mut self.roughness].into_iter();
+        shares
+            .chain(&mut self.base_color)
+            .for_each(|share| limit(share, 0.0, 1.0));
+        let light = self.emission.iter_mut();
+        light.for_each(|light| limit(light, 0.0, 1e6));
+        limit(&mut self.normal_scale, -10.0, 10.0);
+        let tiles = self.tiles.iter_mut();
+        tiles.for_each(|tiles| limit(tiles, 1e-4, 1e4));
+    }
+}
+
+/// The materials of a mesh file, and what could not be read.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct MeshMaterials {
+    /// The materials, in the order of [`Mesh::materials`](super::Mesh::materials).
+    pub materials: Vec<MeshMaterial>,
+    /// Names of their pictures in the file, and the bytes of image files.
+    pub pictures: Vec<(String, Vec<u8>)>,
+    /// What materials have and is not used.
+    pub unused: Vec<Unused>,
+    /// Why pictures are left out.
+    pub problems: Vec<String>,
+}
+
+/// Something that a material has and that is not used.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Unused {
+    /// Name of the material.
+    pub material: String,
+    /// Name of the feature.
+    pub what: String,
+}
+
+impl MeshMaterials {
+    /// Reads the materials of `source` from `files`, with their pictures at most `byte_limit`
+    /// bytes. None if its triangles have no materials.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`] of a file that cannot be read. A picture that cannot be read is one of
+    /// the [`problems`](Self::problems).
+    pub fn load(
+        files: &Files,
+        source: &MeshSource,
+        byte_limit: u64,
+    ) -> Result<MeshMaterials, MeshError> {
+        let MeshSource::File(path) = source else {
+            return Ok(MeshMaterials::default());
+        };
+        let bytes = read_bytes(files, path, byte_limit)?;
+        let mut found = match Format::of(&bytes, path)? {
+            Format::Gltf => gltf::materials(files, &bytes, path, byte_limit),
+            Format::Obj(text) => mtl::materials(files, &text, path, byte_limit),
+        }?;
+        found.materials.iter_mut().for_each(MeshMaterial::limit);
+        Ok(found)
+    }
+
+    /// Returns the index of the picture `name`, if it was read.
+    pub(super) fn known(&self, name: &str) -> Option<usize> {
+        let mut pictures = self.pictures.iter();
+        pictures.position(|(known, _)| known == name)
+    }
+
+    /// Adds a picture and returns its index.
+    pub(super) fn add(&mut self, name: String, bytes: Vec<u8>) -> usize {
+        self.pictures.push((name, bytes));
+        self.pictures.len() - 1
+    }
+
+    /// Tells of what is not used and what could not be read.
+    pub fn warn(&self, source: &MeshSource) {
+        for problem in &self.problems {
+            tracing::warn!("the mesh `{source}`: {problem}; drawn without");
+        }
+        let mut told: Vec<&str> = Vec::new();
+        for Unused { what, .. } in &self.unused {
+            if told.contains(&&**what) {
+                continue;
+            }
+            told.push(what);
+            let all = self.unused.iter().filter(|other| other.what == *what);
+            let mut names: Vec<String> = all.map(|other| format!("{:?}", other.material)).collect();
+            names.dedup();
+            let names = names.join(", ");
+            tracing::warn!("the mesh `{source}`: {what} of its materials are not used: {names}");
+        }
+    }
+}
