@@ -15,11 +15,15 @@ use std::path::Path;
 /// every word.
 const LARGEST_SHARE: f64 = 0.05;
 /// Of scenes with materials and lights: each pixel has more to round.
-const LARGEST_LIT_SHARE: f64 = 0.25;
+const LARGEST_LIT_SHARE: f64 = 0.3;
 const LARGEST_COLOR_DIFFERENCE: f32 = 1e-3;
+/// Pixels of scenes with materials and lights that may differ by more: at the border of a shadow, or
+/// between two cells of a pattern, the last bit decides.
+const FAR_LIT_PIXELS: usize = 4;
 const LARGEST_DISTANCE_DIFFERENCE: f32 = 1e-4;
 
-fn agreement(path: &Path, found: &Adapter, shaders: Shaders) -> Agreement {
+/// Returns the agreement, and the number of pixels whose colours are far apart.
+fn agreement(path: &Path, found: &Adapter, shaders: Shaders) -> (Agreement, usize) {
     let mut scene = Scene::load(path).unwrap();
     scene.size = [320, 240];
     coarsen_shadows(&mut scene);
@@ -27,10 +31,22 @@ fn agreement(path: &Path, found: &Adapter, shaders: Shaders) -> Agreement {
     let mut gpu = GpuRenderer::new(&scene, found, Choice::These(shaders)).unwrap();
     let mut cpu = CpuRenderer::new(&scene);
     let frame = &scene.frame;
-    compare(
-        [&gpu.color(frame).unwrap(), &cpu.color(frame).unwrap()],
-        [&gpu.geometry(frame).unwrap(), &cpu.geometry(frame).unwrap()],
-    )
+    let [on_gpu, on_cpu] = [gpu.color(frame).unwrap(), cpu.color(frame).unwrap()];
+    let is_far = |(a, b): &(&[u32; 4], &[u32; 4])| {
+        let channels = a[..3].iter().zip(&b[..3]);
+        let mut differences =
+            channels.map(|(a, b)| (f32::from_bits(*a) - f32::from_bits(*b)).abs());
+        // Also NaN.
+        differences.any(|difference| !(difference <= LARGEST_COLOR_DIFFERENCE))
+    };
+    let far = on_gpu
+        .words
+        .iter()
+        .zip(&on_cpu.words)
+        .filter(is_far)
+        .count();
+    let geometry = [&gpu.geometry(frame).unwrap(), &cpu.geometry(frame).unwrap()];
+    (compare([&on_gpu, &on_cpu], geometry), far)
 }
 
 #[test]
@@ -40,25 +56,25 @@ fn gpu_pictures_are_cpu_pictures() {
         let fuses =
             found.takes_spirv() && Shaders::Fused.suit(&signature(&found.open().unwrap()).unwrap());
         for scene in scenes() {
-            let largest_share = match Scene::load(&scene).unwrap().is_physical() {
-                true => LARGEST_LIT_SHARE,
-                false => LARGEST_SHARE,
+            let (largest_share, far_pixels) = match Scene::load(&scene).unwrap().is_physical() {
+                true => (LARGEST_LIT_SHARE, FAR_LIT_PIXELS),
+                false => (LARGEST_SHARE, 0),
             };
             for shaders in Shaders::ALL {
                 let is_taken = found.takes_spirv() || !shaders.is_untouched();
                 if !is_taken || (shaders == Shaders::Fused && !fuses) {
                     continue;
                 }
-                let agreement = agreement(&scene, &found, shaders);
+                let (agreement, far) = agreement(&scene, &found, shaders);
                 let close = agreement.color.inputs == 320 * 240
                     && agreement.class_pixels == 0
                     && agreement.color.inputs_different as f64
                         <= largest_share * agreement.color.inputs as f64
-                    && agreement.largest_color_difference <= LARGEST_COLOR_DIFFERENCE
+                    && far <= far_pixels
                     && agreement.largest_distance_difference <= LARGEST_DISTANCE_DIFFERENCE;
                 if !close || (shaders.is_exact() && !agreement.is_exact()) {
                     wrong.push(format!(
-                        "{}, {shaders:?}, {}: {agreement:?}",
+                        "{}, {shaders:?}, {}: {far} pixels are far apart, {agreement:?}",
                         found.describe(),
                         scene.display()
                     ));

@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, bail};
 
+mod buildings;
 mod glyphs;
-mod house;
 mod materials;
 mod mesh;
 mod patterns;
@@ -38,15 +38,16 @@ fn generate() -> Result<Vec<Asset>> {
             bytes: mesh.to_obj().into_bytes(),
         });
     }
-    for (path, text) in [
-        ("meshes/house.obj", house::to_obj()),
-        ("meshes/house.mtl", house::LIBRARY.to_owned()),
-    ] {
+    for (name, text) in buildings::all() {
         assets.push(Asset {
-            path: path.to_owned(),
+            path: format!("meshes/{name}.obj"),
             bytes: text.into_bytes(),
         });
     }
+    assets.push(Asset {
+        path: "meshes/buildings.mtl".to_owned(),
+        bytes: buildings::LIBRARY.as_bytes().to_vec(),
+    });
     for pattern in patterns::all() {
         assets.push(Asset {
             path: format!("patterns/{}.png", pattern.name),
@@ -104,7 +105,7 @@ mod tests {
     #[test]
     fn two_runs_make_the_same_bytes() {
         let (first, second) = (generate().unwrap(), generate().unwrap());
-        assert_eq!(first.len(), 21);
+        assert_eq!(first.len(), 26);
         for (a, b) in first.iter().zip(&second) {
             assert_eq!(a.path, b.path);
             assert!(a.bytes == b.bytes, "{} differs between two runs", a.path);

@@ -27,6 +27,7 @@ pub fn all() -> Result<Vec<Picture>> {
     Ok(vec![
         png("materials/stone.png", &colors())?,
         png("materials/stone_normal.png", &normals())?,
+        png("materials/wood.png", &wood())?,
         Picture {
             path: "environments/studio.hdr",
             bytes: studio()?,
@@ -93,6 +94,21 @@ fn colors() -> RgbImage {
         let warmth = 0.05 * (noise(u, v, 6, 9) - 0.5);
         Rgb([base + grain + warmth, base + grain, base + grain - warmth]
             .map(|value| (value.clamp(0.0, 1.0) * 255.0).round() as u8))
+    })
+}
+
+/// Grain of wood along the rows.
+fn wood() -> RgbImage {
+    const LIGHT: DVec3 = DVec3::new(0.74, 0.53, 0.33);
+    const DARK: DVec3 = DVec3::new(0.45, 0.27, 0.14);
+    RgbImage::from_fn(SIDE, SIDE, |x, y| {
+        let [u, v] = [x, y].map(|at| (f64::from(at) + 0.5) / f64::from(SIDE));
+        let bend = 0.10 * noise(u, v, 3, 31) + 0.03 * noise(u, v, 8, 32);
+        let rings = (std::f64::consts::TAU * 9.0 * (v + bend)).sin();
+        let fibre = noise(u, v * 16.0 % 1.0, 12, 33) * 0.4 + noise(u, v, 128, 34) * 0.6;
+        let share = 0.45 + 0.3 * rings.powi(3) + 0.5 * (fibre - 0.5);
+        let color = LIGHT.lerp(DARK, share.clamp(0.0, 1.0));
+        Rgb(color.to_array().map(|value| (value * 255.0).round() as u8))
     })
 }
 

@@ -1,5 +1,5 @@
-//! The meshes: torus, sphere, cylinder, plane, ellipsoid, saddle and a smooth
-//! organic shape.
+//! The meshes: torus, sphere, cylinder, plane, ellipsoid, saddle, a smooth
+//! organic shape, and things that are turned on a lathe.
 //!
 //! y is up. Seen from outside, u increases to the right and v upwards, so that
 //! ∂p/∂u × ∂p/∂v points outwards and images are not mirrored.
@@ -20,6 +20,9 @@ pub fn all() -> Vec<Mesh> {
         ellipsoid(),
         saddle(),
         blob(),
+        vase(),
+        ring(),
+        lamp(),
     ]
 }
 
@@ -197,6 +200,149 @@ fn sphere() -> Mesh {
         (32, 20),
         |direction| (direction, direction),
     )
+}
+
+/// Returns a smooth curve through `points` at `share` of its length; `is_closed` leads from the
+/// last one back to the first one.
+fn along(points: &[DVec2], is_closed: bool, share: f64) -> DVec2 {
+    const STEPS: usize = 64;
+    let count = points.len();
+    let point = |index: isize| match is_closed {
+        true => points[index.rem_euclid(count as isize) as usize],
+        false => points[index.clamp(0, count as isize - 1) as usize],
+    };
+    // Catmull and Rom's curve.
+    let at = |step: usize| {
+        let (first, t) = (step / STEPS, (step % STEPS) as f64 / STEPS as f64);
+        let [a, b, c, d] = [-1, 0, 1, 2].map(|offset| point(first as isize + offset));
+        let cubic = 2.0 * b
+            + (c - a) * t
+            + (2.0 * a - 5.0 * b + 4.0 * c - d) * t * t
+            + (3.0 * (b - c) + d - a) * t * t * t;
+        0.5 * cubic
+    };
+    let steps = STEPS * if is_closed { count } else { count - 1 };
+    let lengths: Vec<f64> = (0..steps)
+        .map(|step| at(step).distance(at(step + 1)))
+        .collect();
+    let mut left = share.clamp(0.0, 1.0) * lengths.iter().sum::<f64>();
+    for (step, length) in lengths.iter().enumerate() {
+        if left <= *length {
+            return at(step).lerp(at(step + 1), left / length);
+        }
+        left -= length;
+    }
+    at(steps)
+}
+
+/// Returns a surface of revolution around the y axis. `profile` are radii and heights, with the
+/// outside to the right; v follows their length.
+fn turned(
+    name: &'static str,
+    description: &'static str,
+    quads: (usize, usize),
+    profile: &[DVec2],
+    is_closed: bool,
+) -> Mesh {
+    Grid {
+        name,
+        description,
+        quads,
+        closed: (true, is_closed),
+    }
+    .mesh(|uv| {
+        const STEP: f64 = 1e-3;
+        let at = |v: f64| match is_closed {
+            true => along(profile, true, v.rem_euclid(1.0)),
+            false => along(profile, false, v),
+        };
+        let (here, tangent) = (at(uv.y), at(uv.y + STEP) - at(uv.y - STEP));
+        let outward = around_y(TAU * uv.x);
+        let normal = outward * tangent.y - DVec3::Y * tangent.x;
+        (outward * here.x + DVec3::Y * here.y, normal.normalize())
+    })
+}
+
+/// Returns points from pairs of radius and height.
+fn points<const N: usize>(pairs: [[f64; 2]; N]) -> [DVec2; N] {
+    pairs.map(DVec2::from)
+}
+
+/// Returns a vase on the ground with a narrow neck, whose inside is seen to the bottom of the
+/// neck.
+fn vase() -> Mesh {
+    let profile = points([
+        [0.02, 0.0],
+        [0.34, 0.0],
+        [0.40, 0.05],
+        [0.56, 0.40],
+        [0.70, 0.90],
+        [0.58, 1.40],
+        [0.33, 1.75],
+        [0.26, 2.00],
+        [0.33, 2.22],
+        [0.40, 2.30],
+        [0.34, 2.32],
+        [0.24, 2.16],
+        [0.20, 1.95],
+        [0.02, 1.85],
+    ]);
+    let description = "Vase around the y axis, radius 0.7, height 2.3";
+    turned("vase", description, (48, 56), &profile, false)
+}
+
+/// Returns a finger ring around the y axis, whose texture runs around its outside (v from about ¼
+/// to ¾) and its inside.
+fn ring() -> Mesh {
+    let profile = points([
+        [0.91, 0.0],
+        [0.93, -0.3],
+        [1.0, -0.34],
+        [1.07, -0.2],
+        [1.1, 0.0],
+        [1.07, 0.2],
+        [1.0, 0.34],
+        [0.93, 0.3],
+    ]);
+    let description = "Ring around the y axis, radius 1.1, width 0.7";
+    turned("ring", description, (72, 24), &profile, true)
+}
+
+/// Returns the shade of a lamp: outside with v from 0 to ½, inside back with v from ½ to 1, so
+/// that holes of a pattern that is even in v meet.
+fn lamp() -> Mesh {
+    /// Thickness of the sheet.
+    const SHEET: f64 = 0.03;
+    const HALF: [[f64; 2]; 5] = [
+        [0.42, 0.0],
+        [0.62, 0.3],
+        [0.68, 0.62],
+        [0.56, 0.98],
+        [0.30, 1.2],
+    ];
+    let outside = points(HALF);
+    Grid {
+        name: "lamp",
+        description: "Shade of a lamp around the y axis, radius 0.7, height 1.2",
+        quads: (48, 40),
+        closed: (true, true),
+    }
+    .mesh(|uv| {
+        const STEP: f64 = 1e-3;
+        // Inside, the way back.
+        let (share, side) = match uv.y < 0.5 {
+            true => (2.0 * uv.y, 1.0),
+            false => (2.0 - 2.0 * uv.y, -1.0),
+        };
+        let at = |share: f64| along(&outside, false, share);
+        let (low, high) = ((share - STEP).max(0.0), (share + STEP).min(1.0));
+        let tangent = (at(high) - at(low)).normalize();
+        let outward = DVec2::new(tangent.y, -tangent.x);
+        let here = at(share) + outward * (0.5 * SHEET * side);
+        let direction = around_y(TAU * uv.x);
+        let normal = direction * outward.x + DVec3::Y * outward.y;
+        (direction * here.x + DVec3::Y * here.y, normal * side)
+    })
 }
 
 /// Semi-axes of the ellipsoid along x, y and z.

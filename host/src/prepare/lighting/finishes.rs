@@ -34,10 +34,9 @@ pub(super) fn finishes(
     for index in 0..objects.len() {
         let (before, rest) = objects.split_at_mut(index);
         let prepared = &mut rest[0];
-        // Copies share facets and materials.
-        let same = |other: &&PreparedObject| {
-            other.shares_facets(prepared) && other.number == prepared.number
-        };
+        // Copies share facets and materials, and so do objects that differ by their place only:
+        // a GPU has one set of parameters for them.
+        let same = |other: &&PreparedObject| other.shares_facets(prepared);
         if let Some(first) = before.iter().rev().find(same) {
             prepared.parameters.finish = first.parameters.finish;
             continue;

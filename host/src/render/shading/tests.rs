@@ -435,3 +435,26 @@ fn a_mesh_without_materials_is_told() {
     let message = prepare(&scene, &|_| ()).err().unwrap().to_string();
     assert!(message.contains("@mesh"), "{message}");
 }
+
+/// As on a GPU, which has their parameters once.
+#[test]
+fn objects_that_differ_by_their_place_share_their_materials() {
+    let at = |x: f64| {
+        SceneObject::new(plate(1.0, 0.0), covered())
+            .depth(0.01)
+            .finish(all("white"))
+            .translate([x, 0.0, 0.0])
+    };
+    let scene = Scene::default()
+        .with_material(material("white", 1.0, 0.0, 1.0))
+        .object(at(0.0))
+        .object(at(2.0))
+        .object(at(4.0).depth(0.02));
+    let prepared = prepare(&scene, &|_| ()).unwrap();
+    let finishes: Vec<u32> = prepared
+        .objects
+        .iter()
+        .map(|object| object.parameters.finish)
+        .collect();
+    assert_eq!(finishes, [0, 0, 1]);
+}

@@ -1,4 +1,4 @@
-//! A house whose faces have materials: an OBJ file with its library.
+//! Buildings whose faces have materials: OBJ files with their library.
 
 use std::fmt::Write;
 
@@ -6,9 +6,9 @@ use glam::{DVec2, DVec3, dvec2, dvec3};
 
 use crate::mesh::record;
 
-/// The library: walls, roof and sills of the house.
+/// The library.
 pub const LIBRARY: &str = "\
-# The materials of house.obj
+# The materials of the buildings
 # Made by `cargo run -p relievo-assets`
 newmtl brick
 Kd 0.66 0.30 0.22
@@ -49,8 +49,52 @@ struct Face {
     corners: Vec<(DVec3, DVec2)>,
 }
 
-/// Returns the OBJ file.
-pub fn to_obj() -> String {
+/// A building.
+struct Building {
+    name: &'static str,
+    description: &'static str,
+    faces: Vec<Face>,
+}
+
+/// Returns the name and the OBJ file of each building.
+pub fn all() -> [(&'static str, String); 2] {
+    [house(), facade()].map(|building| (building.name, building.to_obj()))
+}
+
+impl Building {
+    fn to_obj(mut self) -> String {
+        let mut text = format!(
+            "# {}\n# Made by `cargo run -p relievo-assets`\nmtllib buildings.mtl\no {}\n",
+            self.description, self.name
+        );
+        // Faces of a material together.
+        self.faces.sort_by_key(|face| face.material);
+        let (mut material, mut count) = ("", 0);
+        for face in &self.faces {
+            if face.material != material {
+                material = face.material;
+                writeln!(text, "usemtl {material}").expect("a String takes any text");
+            }
+            let [a, b, c] = [0, 1, 2].map(|corner| face.corners[corner].0);
+            let normal = (b - a).cross(c - a).normalize();
+            let mut statement = "f".to_owned();
+            for (position, uv) in &face.corners {
+                count += 1;
+                let lines = [
+                    record("v", &position.to_array()),
+                    record("vt", &uv.to_array()),
+                    record("vn", &normal.to_array()),
+                ];
+                text.push_str(&(lines.join("\n") + "\n"));
+                write!(statement, " {count}/{count}/{count}").expect("a String takes any text");
+            }
+            text.push_str(&(statement + "\n"));
+        }
+        text
+    }
+}
+
+fn house() -> Building {
     let mut faces = Vec::new();
     walls(&mut faces);
     roof(&mut faces);
@@ -58,33 +102,55 @@ pub fn to_obj() -> String {
     let base = dvec3(WALLS.x + 0.04, 0.0, WALLS.z + 0.04);
     let low = dvec3(-base.x, -0.3, -base.z);
     block(&mut faces, "stone", low, base, DVec2::ONE);
-    let mut text = String::from(
-        "# House with gables, 6 × 4 metres, the front towards +z\n# Made by `cargo run -p relievo-assets`\nmtllib house.mtl\no house\n",
-    );
-    // Faces of a material together.
-    faces.sort_by_key(|face| face.material);
-    let (mut material, mut count) = ("", 0);
-    for face in &faces {
-        if face.material != material {
-            material = face.material;
-            writeln!(text, "usemtl {material}").expect("a String takes any text");
-        }
-        let [a, b, c] = [0, 1, 2].map(|corner| face.corners[corner].0);
-        let normal = (b - a).cross(c - a).normalize();
-        let mut statement = "f".to_owned();
-        for (position, uv) in &face.corners {
-            count += 1;
-            let lines = [
-                record("v", &position.to_array()),
-                record("vt", &uv.to_array()),
-                record("vn", &normal.to_array()),
-            ];
-            text.push_str(&(lines.join("\n") + "\n"));
-            write!(statement, " {count}/{count}/{count}").expect("a String takes any text");
-        }
-        text.push_str(&(statement + "\n"));
+    Building {
+        name: "house",
+        description: "House with gables, 6 × 4 metres, the front towards +z",
+        faces,
     }
-    text
+}
+
+/// A front of three storeys on a box, for streets.
+fn facade() -> Building {
+    const SIZE: DVec3 = dvec3(7.2, 9.6, 5.0);
+    let mut faces = Vec::new();
+    let corner = dvec3(-0.5 * SIZE.x, 0.0, 0.5 * SIZE.z);
+    let [across, up, inward] = [DVec3::X, DVec3::Y, -DVec3::Z];
+    let windows = [1, 3, 5].into_iter();
+    let openings = windows.flat_map(|column| {
+        let rows = [[1, 3], [4, 5], [6, 7]].into_iter();
+        rows.map(move |rows| match (column, rows) {
+            (3, [1, 3]) => ([3, 4], [0, 2], "door"),
+            _ => ([column, column + 1], rows, "window"),
+        })
+    });
+    Wall {
+        corner,
+        across,
+        offset: 0.0,
+        columns: &[0.0, 0.8, 1.8, 3.1, 4.1, 5.4, 6.4, SIZE.x],
+        rows: &[0.0, 0.9, 2.4, 2.5, 4.1, 5.7, 7.3, 8.9, SIZE.y],
+        openings: &openings.collect::<Vec<_>>(),
+    }
+    .add(&mut faces);
+    let (wide, high, deep) = (across * SIZE.x, up * SIZE.y, inward * SIZE.z);
+    for (corner, sides) in [
+        (corner + wide, [deep, high]),
+        (corner + wide + deep, [-wide, high]),
+        (corner + deep, [-deep, high]),
+    ] {
+        rectangle(&mut faces, "brick", corner, sides, (DVec2::ZERO, BRICKS));
+    }
+    // Base, string course and cornice: height, thickness, and how far they stand out.
+    for [height, thickness, out] in [[-0.3, 0.3, 0.04], [3.3, 0.16, 0.06], [SIZE.y, 0.3, 0.22]] {
+        let low = corner + deep - dvec3(out, -height, out);
+        let top = corner + wide + dvec3(out, height + thickness, out);
+        block(&mut faces, "stone", low, top, DVec2::ONE);
+    }
+    Building {
+        name: "facade",
+        description: "Building of three storeys, 7.2 × 5 metres, the front towards +z",
+        faces,
+    }
 }
 
 /// Adds a rectangle from `corner` along `across` and `up`, with a repeat per `size` metres from
@@ -304,13 +370,16 @@ mod tests {
 
     #[test]
     fn faces_have_the_materials_of_the_library() {
-        let text = to_obj();
-        let used: Vec<&str> = text
-            .lines()
-            .filter_map(|line| line.strip_prefix("usemtl "))
-            .collect();
-        assert_eq!(used, ["brick", "door", "roof", "stone", "window", "wood"]);
-        for name in used {
+        let [(_, house), (_, facade)] = all();
+        let used = |text: &str| -> Vec<String> {
+            let lines = text.lines();
+            let names = lines.filter_map(|line| line.strip_prefix("usemtl "));
+            names.map(str::to_owned).collect()
+        };
+        let house = used(&house);
+        assert_eq!(house, ["brick", "door", "roof", "stone", "window", "wood"]);
+        assert_eq!(used(&facade), ["brick", "door", "stone", "window"]);
+        for name in house {
             assert!(LIBRARY.contains(&format!("newmtl {name}\n")), "{name}");
         }
     }
