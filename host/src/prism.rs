@@ -23,26 +23,31 @@ const SPREAD_MARGIN: f64 = 1e-5;
 /// would not be normal numbers in f32.
 const SMALLEST: f64 = 8.673_617_379_884_035e-19;
 
+/// So are those that are less than this share of what they are parts of (2⁻⁴⁰): the curvature of
+/// a plane that is turned.
+const ROUNDING_ERROR: f64 = 9.094_947_017_729_282e-13;
+
 /// `prism` as renderers read it, `depth` object units deep, relative to
 /// `origin`, with the texture coordinates `uv` of its corners in repeats.
 ///
 /// Bounds hold the prism of the rounded coefficients, with margins for the
 /// arithmetic of renderers. Everything is finite, also for a sliver.
 pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DVec3) -> PrismData {
-    let anchor = narrow(prism.anchor - origin);
-    let surface = prism.surface.map(narrow);
-    let normal = prism.normal.map(narrow);
+    let edges = edges(prism);
+    let longest = edges.map(DVec3::length).into_iter().fold(0.0, f64::max);
+    let unit = |v: DVec3| narrow(v, 1.0);
+    let anchor = alone(prism.anchor - origin);
+    let surface = prism.surface.map(|v| narrow(v, longest));
+    let normal = prism.normal.map(unit);
     let rounded = MeshPrism {
         surface: surface.map(widen),
         normal: normal.map(widen),
         ..*prism
     };
 
-    let edges = edges(prism);
-    let longest = edges.map(DVec3::length).into_iter().fold(0.0, f64::max);
     let area_normal = prism.area_normal();
     let facet_normal = area_normal.normalize_or(DVec3::Z);
-    let facet = narrow(facet_normal);
+    let facet = unit(facet_normal);
     let fixed_margin = EDGE_MARGIN * longest + ANCHOR_MARGIN * widen(anchor).abs().max_element();
 
     let [cap_hull, floor_hull] = hull(&rounded, depth);
@@ -60,7 +65,7 @@ pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DV
             1.0
         };
         Slab {
-            axis: narrow(axis * scale),
+            axis: alone(axis * scale),
             low: round_down(low * scale),
             high: round_up(high * scale),
         }
@@ -69,7 +74,7 @@ pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DV
 
     let low = all().fold(DVec3::INFINITY, DVec3::min);
     let high = all().fold(DVec3::NEG_INFINITY, DVec3::max);
-    let centre = narrow(low.midpoint(high));
+    let centre = alone(low.midpoint(high));
     let reach = all().map(|point| point.distance(widen(centre)));
     let radius = reach.fold(0.0, f64::max);
 
@@ -78,7 +83,7 @@ pub fn narrow_prism(prism: &MeshPrism, uv: [[f32; 2]; 3], depth: f64, origin: DV
         anchor,
         surface,
         normal,
-        corner_normals: prism.corner_normals.map(narrow),
+        corner_normals: prism.corner_normals.map(unit),
         uv: [uv[0], uv_change(1), uv_change(2)],
         facet,
         least_determinant: (FOLDED * depth * prism.least_share() * area_normal.length()) as f32,
@@ -138,9 +143,16 @@ fn spread(surface: &Quadratic, facet: DVec3) -> f64 {
     (sines.into_iter().fold(0.0, f64::max) + SPREAD_MARGIN).min(1.0)
 }
 
-fn narrow(v: DVec3) -> [f32; 3] {
+/// Rounds to f32 a part of something of this `size`.
+fn narrow(v: DVec3, size: f64) -> [f32; 3] {
+    let least = SMALLEST.max(ROUNDING_ERROR * size);
     v.to_array()
-        .map(|x| if x.abs() < SMALLEST { 0.0 } else { x as f32 })
+        .map(|x| if x.abs() < least { 0.0 } else { x as f32 })
+}
+
+/// Rounds to f32 what is no part of anything else.
+fn alone(v: DVec3) -> [f32; 3] {
+    narrow(v, v.abs().max_element())
 }
 
 fn widen(v: [f32; 3]) -> DVec3 {
