@@ -37,6 +37,8 @@ impl Prepared {
         scene.make_all_prisms();
         for object in &mut scene.objects {
             change(&mut object.parameters);
+            // Exits are found by a pass of their own, which is not rewritten.
+            object.parameters.number = 0;
         }
         let mut candidates = vec![Vec::new(); (SIZE[0] * SIZE[1]) as usize];
         for (i, object) in scene.objects.iter().enumerate() {
