@@ -36,8 +36,7 @@ fn agreement(path: &Path, found: &Adapter, shaders: Shaders) -> (Agreement, usiz
         let channels = a[..3].iter().zip(&b[..3]);
         let mut differences =
             channels.map(|(a, b)| (f32::from_bits(*a) - f32::from_bits(*b)).abs());
-        // Also NaN.
-        differences.any(|difference| !(difference <= LARGEST_COLOR_DIFFERENCE))
+        differences.any(|difference| difference.is_nan() || difference > LARGEST_COLOR_DIFFERENCE)
     };
     let far = on_gpu
         .words

@@ -58,11 +58,11 @@ struct Building {
 
 /// Returns the name and the OBJ file of each building.
 pub fn all() -> [(&'static str, String); 2] {
-    [house(), facade()].map(|building| (building.name, building.to_obj()))
+    [house(), facade()].map(|building| (building.name, building.into_obj()))
 }
 
 impl Building {
-    fn to_obj(mut self) -> String {
+    fn into_obj(mut self) -> String {
         let mut text = format!(
             "# {}\n# Made by `cargo run -p relievo-assets`\nmtllib buildings.mtl\no {}\n",
             self.description, self.name

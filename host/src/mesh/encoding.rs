@@ -18,7 +18,7 @@ pub(super) fn text(bytes: &[u8]) -> Option<Cow<'_, str>> {
     let text: Cow<'_, str> = match bytes {
         [0xfe, 0xff, ..] => utf16(u16::from_be_bytes).into(),
         [0xff, 0xfe, ..] => utf16(u16::from_le_bytes).into(),
-        _ => match std::str::from_utf8(bytes) {
+        _ => match std::str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)) {
             Ok(text) => text.into(),
             Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect(),
         },

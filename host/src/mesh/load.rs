@@ -7,12 +7,13 @@ use std::path::Path;
 use super::bounds::Bounds;
 use super::data::MeshData;
 use super::error::MeshError;
+use super::material::{MeshMaterial, MeshMaterials};
 use super::options::MeshOptions;
 use super::prepare;
 use super::raw::RawMesh;
 use super::source::MeshSource;
 use super::triangles::Mesh;
-use super::{encoding, gltf, obj};
+use super::{encoding, gltf, mtl, obj};
 use crate::Files;
 
 impl Mesh {
@@ -109,6 +110,32 @@ impl Mesh {
     }
 }
 
+impl MeshMaterials {
+    /// Reads the materials of `source` from `files`, with their pictures at most `byte_limit`
+    /// bytes. None if its triangles have no materials.
+    ///
+    /// # Errors
+    ///
+    /// Any [`MeshError`] of a file that cannot be read. A picture that cannot be read is one of
+    /// the [`problems`](Self::problems).
+    pub fn load(
+        files: &Files,
+        source: &MeshSource,
+        byte_limit: u64,
+    ) -> Result<MeshMaterials, MeshError> {
+        let MeshSource::File(path) = source else {
+            return Ok(MeshMaterials::default());
+        };
+        let bytes = read_bytes(files, path, byte_limit)?;
+        let mut found = match Format::of(&bytes, path)? {
+            Format::Gltf => gltf::materials(files, &bytes, path, byte_limit),
+            Format::Obj(text) => mtl::materials(files, &text, path, byte_limit),
+        }?;
+        found.materials.iter_mut().for_each(MeshMaterial::limit);
+        Ok(found)
+    }
+}
+
 /// Reads the OBJ or glTF file at `path`.
 ///
 /// # Errors
@@ -124,11 +151,7 @@ fn read(files: &Files, path: &Path, options: &MeshOptions) -> Result<RawMesh, Me
 /// # Errors
 ///
 /// [`MeshError::Read`], [`MeshError::IsDirectory`] and [`MeshError::TooLarge`].
-pub(super) fn read_bytes<'a>(
-    files: &'a Files,
-    path: &Path,
-    limit: u64,
-) -> Result<Cow<'a, [u8]>, MeshError> {
+fn read_bytes<'a>(files: &'a Files, path: &Path, limit: u64) -> Result<Cow<'a, [u8]>, MeshError> {
     if files.is_folder(path) {
         return Err(MeshError::IsDirectory {
             path: path.to_owned(),
@@ -145,7 +168,7 @@ pub(super) fn read_bytes<'a>(
 }
 
 /// The format of a mesh file.
-pub(super) enum Format<'a> {
+enum Format<'a> {
     /// glTF 2.0, text or binary.
     Gltf,
     /// Wavefront OBJ, with its text.
@@ -158,7 +181,7 @@ impl Format<'_> {
     /// # Errors
     ///
     /// [`MeshError::NotText`].
-    pub fn of<'a>(bytes: &'a [u8], path: &Path) -> Result<Format<'a>, MeshError> {
+    fn of<'a>(bytes: &'a [u8], path: &Path) -> Result<Format<'a>, MeshError> {
         if gltf::is_gltf(bytes, path) {
             return Ok(Format::Gltf);
         }

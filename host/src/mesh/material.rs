@@ -1,10 +1,9 @@
 //! The materials of mesh files.
 
-use super::error::MeshError;
-use super::load::{Format, read_bytes};
+use std::collections::BTreeMap;
+
+use super::raw::listed;
 use super::source::MeshSource;
-use super::{gltf, mtl};
-use crate::Files;
 
 /// A material of a mesh file, metallic-roughness as glTF 2.0 has it.
 #[derive(Clone, Debug, PartialEq)]
@@ -23,6 +22,8 @@ pub(crate) struct MeshMaterial {
     pub normal_scale: f32,
     /// Repeats of the pictures per repeat of the texture coordinates.
     pub tiles: [f32; 2],
+    /// Offset of the pictures from the upper left corner, their repeats.
+    pub offset: [f32; 2],
     /// Factors of the base colour, sRGB: an index into [`MeshMaterials::pictures`].
     pub base_color_picture: Option<usize>,
     /// Factors of roughness (green) and metallic (blue).
@@ -44,6 +45,7 @@ impl Default for MeshMaterial {
             emission: [0.0; 3],
             normal_scale: 1.0,
             tiles: [1.0; 2],
+            offset: [0.0; 2],
             base_color_picture: None,
             metallic_roughness_picture: None,
             normal_picture: None,
@@ -54,7 +56,7 @@ impl Default for MeshMaterial {
 
 impl MeshMaterial {
     /// Limits the numbers to those that the keys of a scene's materials may have.
-    fn limit(&mut self) {
+    pub(super) fn limit(&mut self) {
         let limit = |number: &mut f32, low: f32, high: f32| {
             *number = match number.is_nan() {
                 true => low.max(0.0),
@@ -70,6 +72,11 @@ impl MeshMaterial {
         limit(&mut self.normal_scale, -10.0, 10.0);
         let tiles = self.tiles.iter_mut();
         tiles.for_each(|tiles| limit(tiles, 1e-4, 1e4));
+        for offset in &mut self.offset {
+            // Whole repeats do not matter.
+            *offset %= 1.0;
+            limit(offset, -1.0, 1.0);
+        }
     }
 }
 
@@ -96,30 +103,6 @@ pub(crate) struct Unused {
 }
 
 impl MeshMaterials {
-    /// Reads the materials of `source` from `files`, with their pictures at most `byte_limit`
-    /// bytes. None if its triangles have no materials.
-    ///
-    /// # Errors
-    ///
-    /// Any [`MeshError`] of a file that cannot be read. A picture that cannot be read is one of
-    /// the [`problems`](Self::problems).
-    pub fn load(
-        files: &Files,
-        source: &MeshSource,
-        byte_limit: u64,
-    ) -> Result<MeshMaterials, MeshError> {
-        let MeshSource::File(path) = source else {
-            return Ok(MeshMaterials::default());
-        };
-        let bytes = read_bytes(files, path, byte_limit)?;
-        let mut found = match Format::of(&bytes, path)? {
-            Format::Gltf => gltf::materials(files, &bytes, path, byte_limit),
-            Format::Obj(text) => mtl::materials(files, &text, path, byte_limit),
-        }?;
-        found.materials.iter_mut().for_each(MeshMaterial::limit);
-        Ok(found)
-    }
-
     /// Returns the index of the picture `name`, if it was read.
     pub(super) fn known(&self, name: &str) -> Option<usize> {
         let mut pictures = self.pictures.iter();
@@ -132,22 +115,29 @@ impl MeshMaterials {
         self.pictures.len() - 1
     }
 
+    /// Remembers that a material has something that is not used.
+    pub(super) fn leave(&mut self, material: &str, what: impl Into<String>) {
+        let unused = Unused {
+            material: material.to_string(),
+            what: what.into(),
+        };
+        if !self.unused.contains(&unused) {
+            self.unused.push(unused);
+        }
+    }
+
     /// Tells of what is not used and what could not be read.
     pub fn warn(&self, source: &MeshSource) {
         for problem in &self.problems {
-            tracing::warn!("the mesh `{source}`: {problem}; drawn without");
+            tracing::warn!("the mesh `{source}`: {problem}");
         }
-        let mut told: Vec<&str> = Vec::new();
-        for Unused { what, .. } in &self.unused {
-            if told.contains(&&**what) {
-                continue;
-            }
-            told.push(what);
-            let all = self.unused.iter().filter(|other| other.what == *what);
-            let mut names: Vec<String> = all.map(|other| format!("{:?}", other.material)).collect();
-            names.dedup();
-            let names = names.join(", ");
-            tracing::warn!("the mesh `{source}`: {what} of its materials are not used: {names}");
+        let mut of: BTreeMap<&str, Vec<String>> = BTreeMap::new();
+        for Unused { material, what } in &self.unused {
+            of.entry(what).or_default().push(format!("{material:?}"));
+        }
+        for (what, materials) in of {
+            let names = listed(&materials);
+            tracing::warn!("the mesh `{source}`: not used: {what} (materials {names})");
         }
     }
 }

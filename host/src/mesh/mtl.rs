@@ -5,12 +5,13 @@
 //! more.
 
 use std::borrow::Cow;
+use std::collections::HashMap;
 use std::io::ErrorKind;
 use std::path::Path;
 
 use super::encoding;
 use super::error::MeshError;
-use super::material::{MeshMaterial, MeshMaterials, Unused};
+use super::material::{MeshMaterial, MeshMaterials};
 use super::scan::{Scan, scan};
 use crate::{Files, srgb};
 
@@ -36,14 +37,21 @@ pub(super) fn materials(
         left: byte_limit.saturating_sub(text.len() as u64),
         found: MeshMaterials::default(),
     };
-    let defined = reader.libraries(&scan)?;
+    let libraries = reader.libraries(&scan)?;
+    // Of two materials with one name, the first one counts.
+    let names = libraries.iter().rev();
+    let defined: HashMap<String, &tobj::Material> = names
+        .map(|material| (words(&material.name), material))
+        .collect();
     for name in &scan.materials {
-        let mut all = defined.iter();
-        let material = match all.find(|material| words(&material.name) == *name) {
+        let material = match defined.get(name) {
             Some(material) => reader.material(material)?,
             None => {
                 if !name.is_empty() {
-                    let problem = format!("the material {name:?} is in none of its libraries");
+                    let problem = format!(
+                        "the material {name:?} is in none of its {} .mtl files; drawn white",
+                        scan.libraries.len()
+                    );
                     reader.found.problems.push(problem);
                 }
                 MeshMaterial {
@@ -65,35 +73,48 @@ pub(super) fn materials(
 fn parse(text: &str) -> Result<Vec<tobj::Material>, (usize, String)> {
     let mut statements = String::with_capacity(text.len());
     for (index, line) in text.lines().enumerate() {
-        let statement = statement(line).map_err(|problem| (index + 1, problem))?;
-        // Each line is a statement of its own.
-        tobj::load_mtl_buf(&mut statement.as_bytes())
-            .map_err(|error| (index + 1, error.to_string()))?;
-        statements.push_str(&statement);
+        statements += &statement(line).map_err(|problem| (index + 1, problem))?;
         statements.push('\n');
     }
     let parsed = tobj::load_mtl_buf(&mut statements.as_bytes());
-    let (materials, _) = parsed.map_err(|error| (1, error.to_string()))?;
+    let (materials, _) = parsed.map_err(|error| {
+        // Each line is a statement of its own.
+        let is_wrong = |line: &str| tobj::load_mtl_buf(&mut line.as_bytes()).is_err();
+        let wrong = statements.lines().position(is_wrong);
+        (wrong.map_or(1, |index| index + 1), error.to_string())
+    })?;
     Ok(materials)
 }
 
-/// Returns a statement as `tobj` expects it, which panics where a colour has not three numbers.
+/// Returns a statement as `tobj` expects it, without comment. `tobj` panics where a colour has not
+/// three numbers.
 fn statement(line: &str) -> Result<Cow<'_, str>, String> {
     let mut words = line.split_whitespace();
     let keyword = words.next().unwrap_or_default();
-    if !matches!(keyword, "Ka" | "Kd" | "Ks" | "Ke") {
-        return Ok(line.into());
-    }
-    let numbers: Vec<&str> = words.collect();
-    match numbers[..] {
+    // Names may have a # in them.
+    let words: Vec<&str> = words.take_while(|word| !word.starts_with('#')).collect();
+    let number = |text: &str| match text.parse::<f32>() {
+        Ok(_) => Ok(()),
+        Err(_) => Err(format!("`{text}` is not a number")),
+    };
+    match (keyword, &words[..]) {
+        (keyword, _) if keyword.starts_with('#') => Ok("".into()),
         // Curves and CIE coordinates are for other programs.
-        ["spectral" | "xyz", ..] => Ok("".into()),
-        [grey] => Ok(format!("{keyword} {grey} {grey} {grey}").into()),
-        [red, green, blue, ..] => Ok(format!("{keyword} {red} {green} {blue}").into()),
-        _ => Err(format!(
+        ("Ka" | "Kd" | "Ks" | "Ke", ["spectral" | "xyz", ..]) => Ok("".into()),
+        ("Ka" | "Kd" | "Ks" | "Ke", [grey]) => Ok(format!("{keyword} {grey} {grey} {grey}").into()),
+        ("Ka" | "Kd" | "Ks" | "Ke", [red, green, blue, ..]) => {
+            Ok(format!("{keyword} {red} {green} {blue}").into())
+        }
+        ("Ka" | "Kd" | "Ks" | "Ke", numbers) => Err(format!(
             "`{keyword}` has {} numbers; expected 3, or 1",
             numbers.len()
         )),
+        // Opaque where it is seen from the side.
+        ("d", ["-halo", opacity, ..]) => Ok(format!("d {opacity}").into()),
+        ("Pr" | "Pm" | "Tr", [value, ..]) => number(value).map(|()| line.into()),
+        ("Pr" | "Pm" | "Tr", []) => Err(format!("`{keyword}` has no number")),
+        ("newmtl", []) => Err("`newmtl` has no name".to_string()),
+        _ => Ok(format!("{keyword} {}", words.join(" ")).into()),
     }
 }
 
@@ -171,29 +192,37 @@ impl Reader<'_> {
             Some(exponent) => (2.0 / (exponent.max(0.0) + 2.0)).powf(0.25) as f32,
             None => material.roughness,
         });
+        // All pictures of a material lie alike.
+        let mut placed = None;
         if let Some(picture) = &picture {
-            material.tiles = picture.tiles;
-            material.base_color_picture = self.picture(picture)?;
-        }
-        if let Some(picture) = parameter("map_Ke").map(Texture::parse) {
-            material.emission_picture = self.picture(&picture)?;
-            if read.emissive.is_none_or(|color| color == [0.0; 3]) {
-                material.emission = [1.0; 3];
-            }
+            material.base_color_picture = self.picture(picture, &read.name, &mut placed)?;
         }
         let normal = ["norm", "map_Kn"].into_iter().find_map(parameter);
         if let Some(picture) = normal.map(Texture::parse) {
             material.normal_scale = picture.bump;
-            material.normal_picture = self.picture(&picture)?;
+            material.normal_picture = self.picture(&picture, &read.name, &mut placed)?;
+        }
+        if let Some(picture) = parameter("map_Ke").map(Texture::parse) {
+            material.emission_picture = self.picture(&picture, &read.name, &mut placed)?;
+            // Without its picture nothing says where it glows.
+            if material.emission_picture.is_none() {
+                material.emission = [0.0; 3];
+            } else if material.emission == [0.0; 3] {
+                material.emission = [1.0; 3];
+            }
+        }
+        if let Some((scale, [right, up])) = placed {
+            // Ours begins at the upper end, and rows run down.
+            material.tiles = scale;
+            material.offset = [right, -up];
         }
         let is_transparent = read.dissolve.is_some_and(|opacity| opacity < 1.0)
             || number("Tr").is_some_and(|transparency| transparency > 0.0)
             || read.dissolve_texture.is_some();
-        let has = |name| parameter(name).is_some();
+        let mut unused = vec![];
         for (is_there, what) in [
             (is_transparent, "transparency (d, Tr, map_d)"),
             (read.normal_texture.is_some(), "heights (map_Bump)"),
-            (has("disp"), "displacement (disp)"),
             (
                 read.specular_texture.is_some(),
                 "pictures of highlights (map_Ks)",
@@ -202,36 +231,68 @@ impl Reader<'_> {
                 read.shininess_texture.is_some(),
                 "pictures of shininess (map_Ns)",
             ),
-            (
-                has("map_Pr") || has("map_Pm"),
-                "pictures of roughness and metal (map_Pr, map_Pm)",
-            ),
         ] {
             if is_there {
-                self.found.unused.push(Unused {
-                    material: material.name.clone(),
-                    what: what.to_string(),
-                });
+                unused.push(what.to_string());
             }
+        }
+        let used = ["Pr", "Pm", "Tr", "map_Ke", "norm", "map_Kn"];
+        let others = read.unknown_param.keys();
+        unused.extend(
+            others
+                .filter(|name| !used.contains(&name.as_str()))
+                .cloned(),
+        );
+        for what in unused {
+            self.found.leave(&material.name, what);
         }
         Ok(material)
     }
 
-    /// Returns the index of a picture; `None` where it cannot be read.
-    fn picture(&mut self, texture: &Texture) -> Result<Option<usize>, MeshError> {
+    /// Returns the index of a picture; `None` where it cannot be read. The first one of a
+    /// `material` says how all others lie: their scale and offset.
+    fn picture(
+        &mut self,
+        texture: &Texture,
+        material: &str,
+        placed: &mut Option<([f32; 2], [f32; 2])>,
+    ) -> Result<Option<usize>, MeshError> {
         let name = &texture.file;
-        if let Some(index) = self.found.known(name) {
-            return Ok(Some(index));
+        if name.is_empty() {
+            let problem =
+                format!("a picture of the material {material:?} has no file name; drawn without");
+            self.found.problems.push(problem);
+            return Ok(None);
         }
-        match self.read(name) {
-            Ok(bytes) => Ok(Some(self.found.add(name.clone(), bytes))),
-            Err(Unread::TooLarge) => Err(self.too_large()),
-            Err(Unread::Because(problem)) => {
-                let problem = format!("cannot read its picture `{name}`: {problem}");
-                self.found.problems.push(problem);
-                Ok(None)
-            }
+        let index = match self.found.known(name) {
+            Some(index) => index,
+            None => match self.read(name) {
+                Ok(bytes) => self.found.add(name.clone(), bytes),
+                Err(Unread::TooLarge) => return Err(self.too_large()),
+                Err(Unread::Because(problem)) => {
+                    let problem = format!(
+                        "cannot read its picture `{name}`: {problem}; put it beside the mesh; drawn without"
+                    );
+                    self.found.problems.push(problem);
+                    return Ok(None);
+                }
+            },
+        };
+        let is_scale = |scale: f32| scale.is_finite() && scale > 0.0;
+        if !texture.scale.into_iter().all(is_scale) {
+            self.found
+                .leave(material, "pictures that are mirrored (-s)");
+            return Ok(None);
         }
+        for option in &texture.unused {
+            self.found.leave(material, format!("{option} of pictures"));
+        }
+        let at = (texture.scale, texture.offset);
+        if *placed.get_or_insert(at) != at {
+            self.found
+                .leave(material, "scales and offsets of further pictures (-s, -o)");
+        }
+        Ok(Some(index))
     }
 
     /// Reads a file beside the mesh.
@@ -269,41 +330,50 @@ enum Unread {
 struct Texture {
     file: String,
     /// Option `-s`: repeats per repeat of the texture coordinates.
-    tiles: [f32; 2],
+    scale: [f32; 2],
+    /// Option `-o`: offset, to the right and up.
+    offset: [f32; 2],
     /// Option `-bm`: factor of slopes.
     bump: f32,
+    /// Further options.
+    unused: Vec<String>,
 }
 
 impl Texture {
     fn parse(arguments: &str) -> Texture {
         let mut texture = Texture {
             file: String::new(),
-            tiles: [1.0; 2],
+            scale: [1.0; 2],
+            offset: [0.0; 2],
             bump: 1.0,
+            unused: Vec::new(),
         };
         let mut words = arguments.split_whitespace().peekable();
         while let Some(option) = words.next_if(|word| word.starts_with('-')) {
+            let mut numbers: Vec<f32> = Vec::new();
+            // At most as many as the option may have: a file name may be a number, too.
+            let most = match option {
+                "-s" | "-o" | "-t" => 3,
+                "-mm" => 2,
+                "-bm" | "-boost" | "-texres" => 1,
+                _ => 0,
+            };
+            while numbers.len() < most
+                && let Some(number) = words.next_if(|word| word.parse::<f32>().is_ok())
+            {
+                numbers.extend(number.parse::<f32>());
+            }
+            let first = numbers.first().copied();
             match option {
-                "-s" | "-o" | "-t" => {
-                    let mut numbers = [None; 3];
-                    for number in &mut numbers {
-                        let next = words.next_if(|word| word.parse::<f32>().is_ok());
-                        *number = next.and_then(|word| word.parse().ok());
-                    }
-                    if let ("-s", Some(u)) = (option, numbers[0]) {
-                        texture.tiles = [u, numbers[1].unwrap_or(u)];
-                    }
-                }
-                "-bm" => {
-                    let factor = words.next().and_then(|word| word.parse().ok());
-                    texture.bump = factor.unwrap_or(1.0);
-                }
-                "-mm" => {
-                    words.nth(1);
-                }
-                // All others have one argument.
+                "-s" => texture.scale = [0, 1].map(|i| numbers.get(i).copied().unwrap_or(1.0)),
+                "-o" => texture.offset = [0, 1].map(|i| numbers.get(i).copied().unwrap_or(0.0)),
+                "-bm" => texture.bump = first.unwrap_or(1.0),
                 _ => {
-                    words.next();
+                    texture.unused.push(option.to_string());
+                    if most == 0 {
+                        // `on`, `off`, or the name of a channel.
+                        words.next();
+                    }
                 }
             }
         }
@@ -329,7 +399,7 @@ mod tests {
 
     #[test]
     fn materials_come_in_the_order_of_their_use() {
-        let library = "newmtl  red  paint \nKd 1 0 0\nNs 0\nnewmtl oak\nKd 0 0 0\nmap_Kd -s 2 3 1 wood.png\nPr 0.25\nPm 1\nKe 0 2 0\nd 0.5\nnewmtl none\nKa 1\nKs spectral a.rfl\n";
+        let library = "\u{feff}newmtl  red  paint # dry\nKd 1 0 0\nNs 0\nnewmtl oak\nKd 0 0 0\nmap_Kd -s 2 3 1 -o 0.5 0.25 wood.png # new\nPr 0.25\nPm 1\nKe 0 2 0\nd -halo 0.5\nnewmtl none\nKa 1\nKs spectral a.rfl\n";
         let faces =
             "f 1 2 3\nusemtl oak\nf 1 2 3\nusemtl red paint\nf 1 2 3\nusemtl gone\nf 1 2 3\n";
         let found = load(faces, library).unwrap();
@@ -345,15 +415,15 @@ mod tests {
             ([1.0; 3], Some(0))
         );
         assert_eq!(
-            (oak.tiles, oak.roughness, oak.metallic),
-            ([2.0, 3.0], 0.25, 1.0)
+            (oak.tiles, oak.offset, oak.roughness, oak.metallic),
+            ([2.0, 3.0], [0.5, -0.25], 0.25, 1.0)
         );
         assert_eq!(oak.emission, [0.0, 2.0, 0.0]);
         assert_eq!(found.pictures, [("wood.png".to_string(), b"wood".to_vec())]);
         assert_eq!(found.unused.len(), 1);
         assert_eq!(
             found.problems,
-            ["the material \"gone\" is in none of its libraries"]
+            ["the material \"gone\" is in none of its 1 .mtl files; drawn white"]
         );
     }
 
@@ -377,7 +447,9 @@ mod tests {
 
     #[test]
     fn a_malformed_library_is_told_with_its_line() {
-        for statement in ["Kd 1 x 0", "Kd 1 2", "Ns", "illum x", "newmtl", "map_Kd"] {
+        for statement in [
+            "Kd 1 x 0", "Kd 1 2", "Pr x", "Tr", "Ns", "illum x", "newmtl", "map_Kd",
+        ] {
             let library = format!("newmtl oak\n# comment\n{statement}\n");
             let message = load("usemtl oak\nf 1 2 3\n", &library)
                 .unwrap_err()
@@ -392,7 +464,13 @@ mod tests {
         let parse = |text| Texture::parse(text);
         assert_eq!(parse("a b.png").file, "a b.png");
         let all = parse("-blendu on -o 1 2 -s 4 -mm 0 1 -bm 0.5 -clamp on a.png");
-        assert_eq!((&*all.file, all.tiles, all.bump), ("a.png", [4.0; 2], 0.5));
+        assert_eq!(
+            (&*all.file, all.scale, all.bump),
+            ("a.png", [4.0, 1.0], 0.5)
+        );
+        assert_eq!(all.offset, [1.0, 2.0]);
+        assert_eq!(all.unused, ["-blendu", "-mm", "-clamp"]);
+        assert_eq!(parse("-s 1 1 1 2.png").file, "2.png");
         assert_eq!(parse("-s").file, "");
     }
 

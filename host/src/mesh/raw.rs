@@ -50,8 +50,20 @@ pub(super) fn check_parts(parts: &[String], materials: &[String]) -> Result<(), 
     let names: Vec<String> = materials.iter().map(|name| format!("{name:?}")).collect();
     Err(match names.is_empty() {
         true => format!("has no part {part:?}, since its triangles have no materials"),
-        false => format!("has no part {part:?}; its parts are {}", names.join(", ")),
+        false => format!("has no part {part:?}; its parts are {}", listed(&names)),
     })
+}
+
+/// Largest number of names in a message.
+const LISTED: usize = 12;
+
+/// Lists the first of `names`.
+pub(super) fn listed(names: &[String]) -> String {
+    let first = names[..names.len().min(LISTED)].join(", ");
+    match names.len().saturating_sub(LISTED) {
+        0 => first,
+        more => format!("{first} and {more} more"),
+    }
 }
 
 /// Returns whether triangles of `material` are read where `parts` are asked for.

@@ -1,6 +1,7 @@
 //! Checks the text of an OBJ file before `tobj` parses it: reports the line of an
 //! error, which `tobj` does not, and keeps only the statements with geometry.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use super::error::MeshError;
@@ -58,6 +59,7 @@ pub(super) fn scan(
         Elements::new("normal"),
     ];
     let mut triangles = 0_usize;
+    let mut index_of: HashMap<String, u32> = HashMap::new();
     // Its name, and its index once a face has it.
     let mut material = (String::new(), None);
     for (line, words) in statements(text) {
@@ -83,7 +85,8 @@ pub(super) fn scan(
             // Faces with fewer corners are points or lines.
             "f" if arguments.len() >= 3 => {
                 let count = triangles + arguments.len() - 2;
-                if count > triangle_limit {
+                let is_wanted = is_wanted(parts, &material.0);
+                if is_wanted && count > triangle_limit {
                     let path = path.to_owned();
                     return Err(MeshError::TooManyTriangles {
                         path,
@@ -91,7 +94,6 @@ pub(super) fn scan(
                         limit: triangle_limit,
                     });
                 }
-                let is_wanted = is_wanted(parts, &material.0);
                 for corner in arguments {
                     let present = check_corner(corner, line, &mut elements).map_err(failure)?;
                     if !is_wanted {
@@ -104,9 +106,15 @@ pub(super) fn scan(
                         scan.face_without_normals.get_or_insert(line);
                     }
                 }
-                let index = *material
-                    .1
-                    .get_or_insert_with(|| scan.add_material(&material.0));
+                let index = *material.1.get_or_insert_with(|| {
+                    let next = scan.materials.len() as u32;
+                    *index_of
+                        .entry(material.0.clone())
+                        .or_insert_with_key(|name| {
+                            scan.materials.push(name.clone());
+                            next
+                        })
+                });
                 if !is_wanted {
                     continue;
                 }
@@ -163,18 +171,6 @@ pub(super) fn scan(
         });
     }
     Ok(scan)
-}
-
-impl Scan {
-    /// Returns the index of the material `name`, which is added if it is new.
-    fn add_material(&mut self, name: &str) -> u32 {
-        let mut known = self.materials.iter();
-        let index = known.position(|known| known == name);
-        index.unwrap_or_else(|| {
-            self.materials.push(name.to_string());
-            self.materials.len() - 1
-        }) as u32
-    }
 }
 
 /// One stream of elements (`v`, `vt` or `vn`) and the indices of faces into it.

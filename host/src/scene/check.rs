@@ -100,6 +100,9 @@ pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
                 let names = scene.materials.iter();
                 let names: Vec<&str> = names.map(|material| material.name.as_str()).collect();
                 let known = match names.is_empty() {
+                    _ if name.starts_with('@') => {
+                        format!("the materials of the mesh file are {:?}", Finish::OF_MESH)
+                    }
                     true => "add a table [[material]] with that name".to_string(),
                     false => format!("the materials are {}", names.join(", ")),
                 };

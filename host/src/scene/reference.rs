@@ -137,7 +137,8 @@ material = { cap = \"@mesh\", wall = \"@mesh\", floor = \"#2b2018\" }
 ```
 
 `parts` draws the triangles of some materials alone, so that other objects of the scene may give the
-rest another pattern. `relievo info` lists the names; triangles without a material are `\"\"`.
+rest another pattern. `relievo info SCENE` lists the names. Triangles without a material are `\"\"`; a glTF
+material without a name is `\"material N\"`, counted from 0; materials with the same name are drawn together.
 
 ```toml
 [[object]]

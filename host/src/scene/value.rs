@@ -128,7 +128,7 @@ impl<F: Field, const N: usize> Field for [F; N] {
 
 impl Field for Vec<String> {
     fn kind() -> String {
-        "a list of texts".into()
+        "a list of one or more texts".into()
     }
     /// Left out where it is empty.
     fn to_toml(&self) -> Option<Value> {
@@ -139,7 +139,7 @@ impl Field for Vec<String> {
         match value {
             None => Some(Vec::new()),
             Some(value) => {
-                let texts = value.as_array()?.iter();
+                let texts = value.as_array().filter(|texts| !texts.is_empty())?.iter();
                 texts.map(|text| String::from_toml(Some(text))).collect()
             }
         }

@@ -44,6 +44,8 @@ pub struct Material {
     pub normal_scale: Real,
     /// Repeats of the pictures per repeat of the pattern, or of the mesh's texture coordinates.
     pub tiles: [Real; 2],
+    /// Offset of the pictures, their repeats.
+    pub offset: [Real; 2],
     /// What pictures follow, one of the `FOLLOWS_` constants.
     pub follows: u32,
     /// Largest change of the base colour from cell to cell, as a share of it.
@@ -186,8 +188,8 @@ pub const REFLECTANCE_SIZE: u32 = 32;
 
 const _: () = {
     use core::mem::size_of;
-    assert!(size_of::<Image>() == 16 && size_of::<Material>() == 124);
-    assert!(size_of::<Finish>() == 176 && size_of::<FacetMaterial>() == 20);
+    assert!(size_of::<Image>() == 16 && size_of::<Material>() == 132);
+    assert!(size_of::<Finish>() == 184 && size_of::<FacetMaterial>() == 20);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
     assert!(size_of::<Lighting>() == 160);
 };

@@ -122,7 +122,7 @@ pub fn coordinates<T: Texels + ?Sized>(
     let slant = div(1.0, sqrt(max(cosine, 1e-2)));
     let footprint = div(hit.t, max(hit.unit, 1e-12)) * pixel * slant;
     let found = Coordinates {
-        at: at * tiles,
+        at: at * tiles + vec2(material.offset),
         width: density * tiles * footprint,
         axis: Vec2::X,
         shade: 1.0,

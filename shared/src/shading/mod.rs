@@ -31,7 +31,7 @@ use glam::UVec4;
 pub trait Tables: Texels {
     /// Returns finish `index`.
     fn finish(&self, index: u32) -> &Finish;
-    /// Returns the scale of facet `index` of all facets.
+    /// Returns how the pattern lies on facet `index` of all facets, and its material.
     fn facet(&self, index: u32) -> &FacetMaterial;
     /// Returns light `index`.
     fn light(&self, index: u32) -> &Light;

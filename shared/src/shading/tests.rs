@@ -222,6 +222,7 @@ fn pictures_follow_pattern_mesh_or_outline() {
     let mut finish = Finish {
         material: Material {
             tiles: [2.0, 3.0],
+            offset: [0.5, 0.0],
             ..Material::default()
         },
         depth: 0.2,
@@ -236,7 +237,7 @@ fn pictures_follow_pattern_mesh_or_outline() {
     let at =
         |sample: &Sample, finish: &Finish| coordinates(&[0][..], sample, finish, &facet, 0.01, 1.0);
     let found = at(&sample, &finish);
-    assert_eq!(found.at, Vec2::new(6.5, -1.5));
+    assert_eq!(found.at, Vec2::new(7.0, -1.5));
     // A pixel is 0.1 world units, 0.05 object units.
     assert!((found.width - Vec2::new(0.4, 0.75)).length() < 1e-5);
     let wall = Sample {
@@ -244,11 +245,11 @@ fn pictures_follow_pattern_mesh_or_outline() {
         ..sample
     };
     // Along v, and 0.1 object units down.
-    assert!((at(&wall, &finish).at - Vec2::new(-1.0, 1.5)).length() < 1e-5);
+    assert!((at(&wall, &finish).at - Vec2::new(-0.5, 1.5)).length() < 1e-5);
     finish.material.follows = FOLLOWS_MESH;
-    assert!((at(&sample, &finish).at - Vec2::new(1.625, -0.75)).length() < 1e-5);
+    assert!((at(&sample, &finish).at - Vec2::new(2.125, -0.75)).length() < 1e-5);
     // Half as many repeats along v as of the pattern.
-    assert!((at(&wall, &finish).at - Vec2::new(-0.5, 0.75)).length() < 1e-5);
+    assert!((at(&wall, &finish).at - Vec2::new(0.0, 0.75)).length() < 1e-5);
     finish.material.follows = FOLLOWS_MESH_EVERYWHERE;
     assert_eq!(at(&wall, &finish).at, at(&sample, &finish).at);
 }

@@ -121,11 +121,12 @@ fn show(
             report.smallest_curvature, report.largest_curvature
         ))?;
         if !mesh.materials.is_empty() {
-            let named = mesh.materials.iter().zip(0..).map(|(name, material)| {
-                let triangles = mesh.triangles.iter();
-                let count = triangles.filter(|triangle| triangle.material == material);
-                format!("{name:?} ({})", count.count())
-            });
+            let mut counts = vec![0; mesh.materials.len()];
+            for triangle in &mesh.triangles {
+                counts[triangle.material as usize] += 1;
+            }
+            let named = mesh.materials.iter().zip(counts);
+            let named = named.map(|(name, count)| format!("{name:?} ({count})"));
             let named: Vec<String> = named.collect();
             say(format_args!(
                 "    materials and their triangles: {}",

@@ -8,6 +8,7 @@ use data_url::DataUrl;
 use gltf::Document;
 use gltf::buffer::{Source, View};
 
+use super::super::error::MeshError;
 use super::problem::Problem;
 use crate::Files;
 
@@ -17,6 +18,17 @@ pub(super) struct Buffers<'a>(Vec<Option<Cow<'a, [u8]>>>);
 pub(super) enum BufferError {
     Problem(Problem),
     TooLarge,
+}
+
+impl BufferError {
+    /// Returns the error of the mesh at `path`, which may have `limit` bytes.
+    pub fn of_mesh(self, path: &Path, limit: u64) -> MeshError {
+        let path = path.to_owned();
+        match self {
+            BufferError::Problem(Problem(problem)) => MeshError::Invalid { path, problem },
+            BufferError::TooLarge => MeshError::TooLarge { path, limit },
+        }
+    }
 }
 
 impl<T: Into<Problem>> From<T> for BufferError {

@@ -1,9 +1,12 @@
 //! The JSON description and the binary chunk of a file.
 
+use std::path::Path;
+
 use gltf::json::Root;
 use gltf::json::validation::{Checked, Error as Fault, Validate};
 use gltf::{Document, Semantic};
 
+use super::super::error::MeshError;
 use super::problem::Problem;
 
 /// First bytes of a binary file.
@@ -22,8 +25,43 @@ const HARMLESS: [&str; 8] = [
     "MSFT_texture_",
 ];
 
+/// Bytes that an object of the JSON description may take in memory. Files with
+/// more objects than the byte limit allows are refused before parsing.
+const OBJECT_BYTES: u64 = 512;
+
+/// Bytes of objects that are always allowed.
+const FREE: u64 = 1 << 20;
+
+/// Bytes in memory that the caller counts for each byte of a file.
+const COUNTED: u64 = 4;
+
+/// Returns the description and the binary chunk of the file at `path`.
+///
+/// # Errors
+///
+/// [`MeshError::Invalid`] and [`MeshError::TooLarge`].
+pub(super) fn open<'a>(
+    bytes: &'a [u8],
+    path: &Path,
+    byte_limit: u64,
+) -> Result<(Document, Option<&'a [u8]>), MeshError> {
+    let failure = |Problem(problem)| MeshError::Invalid {
+        path: path.to_owned(),
+        problem,
+    };
+    let (json, blob) = split(bytes).map_err(failure)?;
+    let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
+    if objects.saturating_mul(OBJECT_BYTES) / COUNTED > byte_limit.max(FREE) {
+        return Err(MeshError::TooLarge {
+            path: path.to_owned(),
+            limit: byte_limit,
+        });
+    }
+    Ok((document(json).map_err(failure)?, blob))
+}
+
 /// Splits a file into the JSON description and the binary chunk.
-pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Problem> {
+fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Problem> {
     let Some(rest) = bytes.strip_prefix(MAGIC) else {
         return Ok((bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), None));
     };
@@ -55,7 +93,7 @@ pub(super) fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Problem> {
 }
 
 /// Parses the description and checks what the `gltf` crate relies on.
-pub(super) fn document(json: &[u8]) -> Result<Document, Problem> {
+fn document(json: &[u8]) -> Result<Document, Problem> {
     let mut root: Root = gltf::json::deserialize::from_slice(json)
         .map_err(|error| format!("is not a glTF 2.0 file ({error}); export it again"))?;
     if let Some(name) = root

@@ -1,50 +1,53 @@
 //! The materials of a file.
 
+use std::collections::HashMap;
 use std::path::Path;
 
 use gltf::image::Source;
+use gltf::json::Value;
 use gltf::material::AlphaMode;
 use gltf::texture::Info;
 use gltf::{Document, Material};
 
 use super::super::error::MeshError;
-use super::super::material::{MeshMaterial, MeshMaterials, Unused};
+use super::super::material::{MeshMaterial, MeshMaterials};
 use super::buffers::{BufferError, Buffers, Kind, content};
+use super::document::open;
 use super::parts::{Part, parts};
 use super::problem::Problem;
-use super::{buffer_error, open};
 use crate::Files;
 
-/// The materials that parts have, in the order of their first use.
-pub(super) struct Used<'a>(Vec<Material<'a>>);
+/// The materials that primitives have, in the order of their first use.
+#[derive(Default)]
+pub(super) struct Used<'a> {
+    materials: Vec<Material<'a>>,
+    /// Their indices by those in the file; `None` is that of the default material.
+    index_of: HashMap<Option<usize>, u32>,
+}
 
 impl<'a> Used<'a> {
     pub fn by(parts: &[Part<'a>]) -> Used<'a> {
-        let mut used = Used(Vec::new());
+        let mut used = Used::default();
         for part in parts {
             let material = part.primitive.material();
-            if !used.0.iter().any(|known| known.index() == material.index()) {
-                used.0.push(material);
-            }
+            let next = used.materials.len() as u32;
+            used.index_of.entry(material.index()).or_insert_with(|| {
+                used.materials.push(material);
+                next
+            });
         }
         // The default alone is none.
-        if let [only] = &used.0[..]
-            && only.index().is_none()
-        {
-            used.0.clear();
-        }
-        used
+        let are_named = used.index_of.keys().any(Option::is_some);
+        if are_named { used } else { Used::default() }
     }
 
     pub fn names(&self) -> Vec<String> {
-        self.0.iter().map(name_of).collect()
+        self.materials.iter().map(name_of).collect()
     }
 
-    /// Returns the index of a material that parts have.
+    /// Returns the index of a material that a primitive has.
     pub fn index(&self, material: &Material<'_>) -> u32 {
-        let mut used = self.0.iter();
-        let index = used.position(|known| known.index() == material.index());
-        index.unwrap_or(0) as u32
+        self.index_of.get(&material.index()).copied().unwrap_or(0)
     }
 }
 
@@ -83,9 +86,9 @@ pub(in super::super) fn materials(
         limit: byte_limit.saturating_sub(bytes.len() as u64),
         found: MeshMaterials::default(),
     };
-    for material in Used::by(&parts).0 {
+    for material in Used::by(&parts).materials {
         let read = reader.material(&material);
-        let read = read.map_err(|error| buffer_error(error, path, byte_limit))?;
+        let read = read.map_err(|error| error.of_mesh(path, byte_limit))?;
         reader.found.materials.push(read);
     }
     Ok(reader.found)
@@ -101,12 +104,27 @@ struct Reader<'a> {
     found: MeshMaterials,
 }
 
+/// How pictures lie on the texture coordinates, v down: a scale, and then an offset.
+#[derive(Clone, Copy, PartialEq)]
+struct Placed {
+    scale: [f32; 2],
+    offset: [f32; 2],
+}
+
+impl Placed {
+    /// As the texture coordinates are.
+    const PLAIN: Placed = Placed {
+        scale: [1.0; 2],
+        offset: [0.0; 2],
+    };
+}
+
 impl Reader<'_> {
     fn material(&mut self, material: &Material<'_>) -> Result<MeshMaterial, BufferError> {
         let name = name_of(material);
         let plain = material.pbr_metallic_roughness();
         let strength = material.emissive_strength().unwrap_or(1.0);
-        let [red, green, blue, mut alpha] = plain.base_color_factor();
+        let [red, green, blue, _] = plain.base_color_factor();
         let mut read = MeshMaterial {
             name: name.clone(),
             base_color: [red, green, blue],
@@ -115,82 +133,127 @@ impl Reader<'_> {
             emission: material.emissive_factor().map(|light| light * strength),
             ..MeshMaterial::default()
         };
+        // All pictures of a material lie alike.
+        let mut placed = None;
         let mut base_color = plain.base_color_texture();
+        let mut metallic_roughness = plain.metallic_roughness_texture();
         // What it says stands in for what metallic and roughness say.
         if let Some(glossy) = material.pbr_specular_glossiness() {
-            let [red, green, blue, opacity] = glossy.diffuse_factor();
+            let [red, green, blue, _] = glossy.diffuse_factor();
             read.base_color = [red, green, blue];
             read.metallic = 0.0;
             read.roughness = 1.0 - glossy.glossiness_factor();
-            alpha = opacity;
             base_color = glossy.diffuse_texture();
-            self.leave(&name, "specular colours and glossiness pictures");
-        } else if let Some(info) = plain.metallic_roughness_texture() {
-            read.metallic_roughness_picture = self.picture(&info, &name, &mut read.tiles)?;
+            metallic_roughness = None;
+            let what = "specular colours and pictures of glossiness";
+            self.found.leave(&name, what);
         }
         if let Some(info) = base_color {
-            read.base_color_picture = self.picture(&info, &name, &mut read.tiles)?;
+            read.base_color_picture = self.picture(&info, &name, &mut placed)?;
         }
-        if let Some(info) = material.emissive_texture() {
-            read.emission_picture = self.picture(&info, &name, &mut read.tiles)?;
+        if let Some(info) = metallic_roughness {
+            read.metallic_roughness_picture = self.picture(&info, &name, &mut placed)?;
         }
         if let Some(normal) = material.normal_texture() {
             read.normal_scale = normal.scale();
-            if normal.tex_coord() == 0 {
+            let transform = normal.extension_value("KHR_texture_transform");
+            let (set, at) = self.transform_of(transform, &name);
+            let set = set.unwrap_or(u64::from(normal.tex_coord()));
+            if self.can_place(set, at, &name, &mut placed) {
                 read.normal_picture = self.image(&normal.texture(), &name)?;
-            } else {
-                self.leave(&name, "pictures with a second set of texture coordinates");
             }
         }
-        if material.occlusion_texture().is_some() {
-            self.leave(&name, "pictures of occlusion");
+        if let Some(info) = material.emissive_texture() {
+            read.emission_picture = self.picture(&info, &name, &mut placed)?;
+            // Without its picture nothing says where it glows.
+            if read.emission_picture.is_none() {
+                read.emission = [0.0; 3];
+            }
         }
-        if material.alpha_mode() != AlphaMode::Opaque || alpha < 1.0 {
-            self.leave(&name, "transparency");
+        let Placed { scale, offset } = placed.unwrap_or(Placed::PLAIN);
+        read.tiles = scale;
+        // Ours begins at the lower end, where v is 1.
+        read.offset = [offset[0], offset[1] + scale[1]];
+        if material.occlusion_texture().is_some() {
+            self.found.leave(&name, "pictures of occlusion");
+        }
+        if material.alpha_mode() != AlphaMode::Opaque {
+            self.found.leave(&name, "transparency");
         }
         for extension in material.extensions().into_iter().flat_map(|all| all.keys()) {
-            self.leave(&name, extension);
+            self.found.leave(&name, extension);
         }
         Ok(read)
     }
 
-    /// Remembers that a material has something that is not used.
-    fn leave(&mut self, material: &str, what: &str) {
-        self.found.unused.push(Unused {
-            material: material.to_string(),
-            what: what.to_string(),
-        });
-    }
-
-    /// Returns the index of a picture, and sets how often it repeats.
+    /// Returns the index of a picture; `None` where it cannot be read or placed.
     fn picture(
         &mut self,
         info: &Info<'_>,
         material: &str,
-        tiles: &mut [f32; 2],
+        placed: &mut Option<Placed>,
     ) -> Result<Option<usize>, BufferError> {
-        let transform = info.texture_transform();
-        let set = transform
-            .as_ref()
-            .and_then(|transform| transform.tex_coord());
-        if set.unwrap_or(info.tex_coord()) != 0 {
-            self.leave(
-                material,
-                "pictures with a second set of texture coordinates",
-            );
-            return Ok(None);
-        }
-        if let Some(transform) = transform {
-            let scale = transform.scale();
-            let is_scale = scale.iter().all(|scale| scale.is_finite() && *scale > 0.0);
-            if !is_scale || transform.offset() != [0.0; 2] || transform.rotation() != 0.0 {
-                self.leave(material, "pictures that are shifted, turned or mirrored");
-            }
-            if is_scale {
-                *tiles = scale;
+        let (mut set, mut at) = (info.tex_coord(), Placed::PLAIN);
+        if let Some(transform) = info.texture_transform() {
+            set = transform.tex_coord().unwrap_or(set);
+            at.scale = transform.scale();
+            at.offset = transform.offset();
+            if transform.rotation() != 0.0 {
+                self.found.leave(material, "turns of pictures");
             }
         }
-        self.image(&info.texture(), material)
+        match self.can_place(u64::from(set), at, material, placed) {
+            true => self.image(&info.texture(), material),
+            false => Ok(None),
+        }
+    }
+
+    /// Returns the set of texture coordinates that the transform of a texture names, and how it
+    /// places the picture.
+    fn transform_of(&mut self, transform: Option<&Value>, material: &str) -> (Option<u64>, Placed) {
+        let Some(transform) = transform else {
+            return (None, Placed::PLAIN);
+        };
+        let pair = |key: &str, default: [f32; 2]| {
+            let number = |index: usize| Some(transform.get(key)?.get(index)?.as_f64()? as f32);
+            [0, 1].map(|index| number(index).unwrap_or(default[index]))
+        };
+        let turn = transform.get("rotation").and_then(Value::as_f64);
+        if turn.is_some_and(|turn| turn != 0.0) {
+            self.found.leave(material, "turns of pictures");
+        }
+        let set = transform.get("texCoord").and_then(Value::as_u64);
+        let placed = Placed {
+            scale: pair("scale", [1.0; 2]),
+            offset: pair("offset", [0.0; 2]),
+        };
+        (set, placed)
+    }
+
+    /// Returns whether a picture can lie as it should; the first one of a material says how all
+    /// others lie.
+    fn can_place(
+        &mut self,
+        set: u64,
+        at: Placed,
+        material: &str,
+        placed: &mut Option<Placed>,
+    ) -> bool {
+        if set != 0 {
+            let what = "pictures with a second set of texture coordinates";
+            self.found.leave(material, what);
+            return false;
+        }
+        let is_scale = |scale: f32| scale.is_finite() && scale > 0.0;
+        if !at.scale.into_iter().all(is_scale) {
+            self.found.leave(material, "pictures that are mirrored");
+            return false;
+        }
+        if *placed.get_or_insert(at) != at {
+            self.found
+                .leave(material, "scales and offsets of further pictures");
+        }
+        true
     }
 
     /// Returns the index of the picture of a texture; `None` where it cannot be read.
@@ -200,7 +263,8 @@ impl Reader<'_> {
         material: &str,
     ) -> Result<Option<usize>, BufferError> {
         let Some(image) = texture.source() else {
-            self.leave(material, "pictures in formats of extensions");
+            self.found
+                .leave(material, "pictures in formats of extensions");
             return Ok(None);
         };
         let kind = Kind::Image(image.index());
@@ -238,7 +302,9 @@ impl Reader<'_> {
             }
             Err(BufferError::TooLarge) => Err(BufferError::TooLarge),
             Err(BufferError::Problem(Problem(problem))) => {
-                self.found.problems.push(problem);
+                self.found
+                    .problems
+                    .push(format!("{problem}; drawn without"));
                 Ok(None)
             }
         }

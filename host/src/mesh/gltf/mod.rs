@@ -16,28 +16,18 @@ mod triangles;
 
 use std::path::Path;
 
-use gltf::{Document, Semantic};
+use gltf::Semantic;
 
 use super::error::MeshError;
 use super::options::MeshOptions;
 use super::raw::{RawMesh, check_parts, is_wanted};
 use crate::Files;
-use buffers::{BufferError, Buffers};
-use document::{MAGIC, document, split};
+use buffers::Buffers;
+use document::{MAGIC, open};
 pub(super) use materials::materials;
 use materials::{Used, name_of};
 use parts::{Part, parts};
 use problem::Problem;
-
-/// Bytes that an object of the JSON description may take in memory. Files with
-/// more objects than the byte limit allows are refused before parsing.
-const OBJECT_BYTES: u64 = 512;
-
-/// Bytes of objects that are always allowed.
-const FREE: u64 = 1 << 20;
-
-/// Bytes in memory that the caller counts for each byte of a file.
-const COUNTED: u64 = 4;
 
 /// Returns whether a file is glTF, by its first bytes or its extension.
 pub(super) fn is_gltf(bytes: &[u8], path: &Path) -> bool {
@@ -100,7 +90,7 @@ pub(super) fn parse(
     let views = parts.iter().flat_map(Part::views);
     let left = options.byte_limit.saturating_sub(bytes.len() as u64);
     let buffers = Buffers::load(&document, views, files, path, blob, left)
-        .map_err(|error| buffer_error(error, path, options.byte_limit))?;
+        .map_err(|error| error.of_mesh(path, options.byte_limit))?;
     let lacking = |semantic: Semantic| {
         parts
             .iter()
@@ -123,34 +113,4 @@ pub(super) fn parse(
         }
     }
     Ok(mesh)
-}
-
-/// Returns the description and the binary chunk of a file.
-fn open<'a>(
-    bytes: &'a [u8],
-    path: &Path,
-    byte_limit: u64,
-) -> Result<(Document, Option<&'a [u8]>), MeshError> {
-    let failure = |Problem(problem)| MeshError::Invalid {
-        path: path.to_owned(),
-        problem,
-    };
-    let (json, blob) = split(bytes).map_err(failure)?;
-    let objects = json.iter().filter(|byte| **byte == b'{').count() as u64;
-    if objects.saturating_mul(OBJECT_BYTES) / COUNTED > byte_limit.max(FREE) {
-        return Err(MeshError::TooLarge {
-            path: path.to_owned(),
-            limit: byte_limit,
-        });
-    }
-    Ok((document(json).map_err(failure)?, blob))
-}
-
-/// Returns the error of a mesh whose buffers or pictures cannot be read.
-fn buffer_error(error: BufferError, path: &Path, limit: u64) -> MeshError {
-    let path = path.to_owned();
-    match error {
-        BufferError::Problem(Problem(problem)) => MeshError::Invalid { path, problem },
-        BufferError::TooLarge => MeshError::TooLarge { path, limit },
-    }
 }

@@ -628,11 +628,18 @@ fn everything() -> Builder {
                 "roughnessFactor": 0.5,
                 "baseColorTexture": {
                     "index": 2,
-                    "extensions": {"KHR_texture_transform": {"scale": [2.0, 3.0]}},
+                    "extensions": {"KHR_texture_transform": {"scale": [2.0, 2.5], "offset": [0.5, 0.0]}},
                 },
-                "metallicRoughnessTexture": {"index": 1},
+                "metallicRoughnessTexture": {
+                    "index": 1,
+                    "extensions": {"KHR_texture_transform": {"scale": [2.0, 2.5], "offset": [0.5, 0.0]}},
+                },
             },
-            "normalTexture": {"index": 0, "scale": 0.5},
+            "normalTexture": {
+                "index": 0,
+                "scale": 0.5,
+                "extensions": {"KHR_texture_transform": {"scale": [2.0, 2.5], "rotation": 1.0}},
+            },
             "emissiveFactor": [1.0, 0.5, 0.0],
             "emissiveTexture": {"index": 0},
             "extensions": {"KHR_materials_emissive_strength": {"emissiveStrength": 4.0}},
@@ -643,6 +650,7 @@ fn everything() -> Builder {
             "occlusionTexture": {"index": 0},
             "pbrMetallicRoughness": {"baseColorTexture": {"index": 0, "texCoord": 1}},
             "emissiveTexture": {"index": 3},
+            "emissiveFactor": [1.0, 1.0, 1.0],
             "extensions": {"KHR_materials_clearcoat": {"clearcoatFactor": 1.0}},
         },
         {
@@ -733,8 +741,8 @@ fn materials_are_read_with_their_pictures() {
         ([0.5, 0.25, 0.125], 0.75, 0.5)
     );
     assert_eq!(
-        (oak.emission, oak.normal_scale, oak.tiles),
-        ([4.0, 2.0, 0.0], 0.5, [2.0, 3.0])
+        (oak.emission, oak.normal_scale, oak.tiles, oak.offset),
+        ([4.0, 2.0, 0.0], 0.5, [2.0, 2.5], [0.5, 2.5])
     );
     let content = |picture: Option<usize>| &found.pictures[picture.unwrap()].1[..];
     assert_eq!(content(oak.base_color_picture), b"wood");
@@ -758,8 +766,12 @@ fn materials_are_read_with_their_pictures() {
         .iter()
         .map(|left| (&*left.material, &*left.what))
         .collect();
+    // Not where its picture is missing.
+    assert_eq!(glass.emission, [0.0; 3]);
     for left in [
-        ("old", "specular colours and glossiness pictures"),
+        ("oak", "turns of pictures"),
+        ("oak", "scales and offsets of further pictures"),
+        ("old", "specular colours and pictures of glossiness"),
         ("glass", "pictures with a second set of texture coordinates"),
         ("glass", "pictures in formats of extensions"),
         ("glass", "pictures of occlusion"),
@@ -768,7 +780,7 @@ fn materials_are_read_with_their_pictures() {
     ] {
         assert!(unused.contains(&left), "{left:?}: {unused:?}");
     }
-    assert_eq!(unused.len(), 6, "{unused:?}");
+    assert_eq!(unused.len(), 8, "{unused:?}");
     assert!(found.problems.is_empty());
 
     // A picture that is missing is told; all others are there.

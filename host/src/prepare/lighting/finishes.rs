@@ -43,12 +43,17 @@ pub(super) fn finishes(
         }
         let object = &scene.objects[prepared.number];
         let number = finishes.len() as u32 / FINISHES;
-        if number >= MOST_FINISHES {
+        let is_of_mesh = object.finish.is_of_mesh();
+        let slots = match is_of_mesh {
+            true => prepared.mesh.materials.len().max(1),
+            false => 1,
+        };
+        if number as usize + slots > MOST_FINISHES as usize {
             return Err(Error::Object {
                 scene: scene.path.clone(),
                 name: object.name.clone(),
                 problem: format!(
-                    "is one too many: a scene with materials, lights or an environment has at most {MOST_FINISHES} different objects, where each material of a mesh counts as one; copies count as one if they are instances without error_px"
+                    "is too much: a scene with materials, lights or an environment has at most {MOST_FINISHES} different objects, where each material of a mesh counts as one; copies count as one if they are instances without error_px"
                 ),
             });
         }
@@ -73,8 +78,9 @@ pub(super) fn finishes(
             triangles.len() as u64,
             size_of::<FacetMaterial>() as u64,
         )?;
+        let made = slots as u64 * u64::from(FINISHES);
+        account.take(&object.name, made, size_of::<Finish>() as u64)?;
         let first_facet = facets.len() as u32;
-        let is_of_mesh = object.finish.is_of_mesh();
         facets.par_extend(triangles.par_iter().map(|triangle| {
             let slot = if is_of_mesh { triangle.material } else { 0 };
             on_facet(triangle, object.repeat, slot)
@@ -202,6 +208,7 @@ fn named_material(
         roughness: material.roughness as f32,
         normal_scale: material.normal_scale as f32,
         tiles: material.tiles.map(|tiles| tiles as f32),
+        offset: [0.0; 2],
         shade_variation: material.shade_variation as f32,
         shifts: u32::from(material.shifts),
         turns: u32::from(material.turns),

@@ -8,7 +8,7 @@ use crate::shape_map::ShapeMapError;
 use crate::{Error, Files};
 use relievo_shared::shading::layout::FOLLOWS_MESH_EVERYWHERE;
 use relievo_shared::shading::{Image, Material};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The materials of mesh files; each file is read once.
 pub(super) struct OfMeshes<'a> {
@@ -106,9 +106,9 @@ impl<'a> OfMeshes<'a> {
     }
 }
 
-/// Returns a name of a picture that no file has.
+/// Returns a name of a picture for messages, which no file has.
 fn picture_path(source: &MeshSource, name: &str) -> PathBuf {
-    Path::new(&source.to_string()).join(name)
+    PathBuf::from(format!("{source}, picture {name}"))
 }
 
 /// Returns a material in the layout of the shared code; `load` loads its pictures.
@@ -116,18 +116,24 @@ fn layout(
     material: &MeshMaterial,
     load: &mut dyn FnMut(Option<usize>, Encoding) -> Result<Image, Error>,
 ) -> Result<Material, Error> {
+    let emission_image = load(material.emission_picture, Encoding::Color)?;
     Ok(Material {
         base_color: material.base_color,
         metallic: material.metallic,
-        emission: material.emission,
+        // Without its picture nothing says where it glows.
+        emission: match material.emission_picture.is_some() && emission_image.levels == 0 {
+            true => [0.0; 3],
+            false => material.emission,
+        },
         roughness: material.roughness,
         normal_scale: material.normal_scale,
         tiles: material.tiles,
+        offset: material.offset,
         follows: FOLLOWS_MESH_EVERYWHERE,
         base_color_image: load(material.base_color_picture, Encoding::Color)?,
         metallic_roughness_image: load(material.metallic_roughness_picture, Encoding::Linear)?,
         normal_image: load(material.normal_picture, Encoding::Linear)?,
-        emission_image: load(material.emission_picture, Encoding::Color)?,
+        emission_image,
         ..Material::default()
     })
 }
