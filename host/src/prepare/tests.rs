@@ -9,10 +9,13 @@ use crate::{Files, Limits};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The words of the scene's picture, in a small size.
+/// The words of the scene's picture, in a small size, with small shadow maps.
 pub(crate) fn words(mut scene: Scene) -> Vec<[u32; 4]> {
     scene.size = [80, 60];
     scene.supersampling = 1;
+    for light in &mut scene.lights {
+        light.shadow_size = 64;
+    }
     let prepared = prepare(&scene, &|_| ()).unwrap_or_else(|error| panic!("{error}"));
     let mut renderer = CpuRenderer::new(&prepared);
     renderer.color(&prepared.frame).unwrap().words
