@@ -87,19 +87,25 @@ pub(crate) struct MeshMaterials {
     pub materials: Vec<MeshMaterial>,
     /// Names of their pictures in the file, and the bytes of image files.
     pub pictures: Vec<(String, Vec<u8>)>,
-    /// What materials have and is not used.
-    pub unused: Vec<Unused>,
+    /// What is not used, and the names of the materials that have it.
+    pub unused: BTreeMap<String, Vec<String>>,
     /// Why pictures are left out.
     pub problems: Vec<String>,
 }
 
-/// Something that a material has and that is not used.
-#[derive(Clone, Debug, PartialEq)]
-pub(crate) struct Unused {
-    /// Name of the material.
-    pub material: String,
-    /// Name of the feature.
-    pub what: String,
+/// How a picture lies on the texture coordinates: a scale, and then an offset.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Placed {
+    pub scale: [f32; 2],
+    pub offset: [f32; 2],
+}
+
+impl Placed {
+    /// As the texture coordinates are.
+    pub const PLAIN: Placed = Placed {
+        scale: [1.0; 2],
+        offset: [0.0; 2],
+    };
 }
 
 impl MeshMaterials {
@@ -117,13 +123,30 @@ impl MeshMaterials {
 
     /// Remembers that a material has something that is not used.
     pub(super) fn leave(&mut self, material: &str, what: impl Into<String>) {
-        let unused = Unused {
-            material: material.to_string(),
-            what: what.into(),
-        };
-        if !self.unused.contains(&unused) {
-            self.unused.push(unused);
+        let materials = self.unused.entry(what.into()).or_default();
+        // Materials come one after the other.
+        if materials.last().is_none_or(|last| last != material) {
+            materials.push(material.to_string());
         }
+    }
+
+    /// Returns whether a picture can lie as it should; the first one of a `material` says how all
+    /// of its pictures lie.
+    pub(super) fn can_place(
+        &mut self,
+        at: Placed,
+        material: &str,
+        placed: &mut Option<Placed>,
+    ) -> bool {
+        let is_scale = |scale: f32| scale.is_finite() && scale > 0.0;
+        if !at.scale.into_iter().all(is_scale) {
+            self.leave(material, "pictures that are mirrored");
+            return false;
+        }
+        if *placed.get_or_insert(at) != at {
+            self.leave(material, "scales and offsets of further pictures");
+        }
+        true
     }
 
     /// Tells of what is not used and what could not be read.
@@ -131,12 +154,9 @@ impl MeshMaterials {
         for problem in &self.problems {
             tracing::warn!("the mesh `{source}`: {problem}");
         }
-        let mut of: BTreeMap<&str, Vec<String>> = BTreeMap::new();
-        for Unused { material, what } in &self.unused {
-            of.entry(what).or_default().push(format!("{material:?}"));
-        }
-        for (what, materials) in of {
-            let names = listed(&materials);
+        for (what, materials) in &self.unused {
+            let names: Vec<String> = materials.iter().map(|name| format!("{name:?}")).collect();
+            let names = listed(&names);
             tracing::warn!("the mesh `{source}`: not used: {what} (materials {names})");
         }
     }

@@ -11,7 +11,7 @@ use std::path::Path;
 
 use super::encoding;
 use super::error::MeshError;
-use super::material::{MeshMaterial, MeshMaterials};
+use super::material::{MeshMaterial, MeshMaterials, Placed};
 use super::scan::{Scan, scan};
 use crate::{Files, srgb};
 
@@ -211,11 +211,13 @@ impl Reader<'_> {
                 material.emission = [1.0; 3];
             }
         }
-        if let Some((scale, [right, up])) = placed {
-            // Ours begins at the upper end, and rows run down.
-            material.tiles = scale;
-            material.offset = [right, -up];
-        }
+        let Placed {
+            scale,
+            offset: [right, up],
+        } = placed.unwrap_or(Placed::PLAIN);
+        material.tiles = scale;
+        // Ours begins at the upper end, and rows run down.
+        material.offset = [right, -up];
         let is_transparent = read.dissolve.is_some_and(|opacity| opacity < 1.0)
             || number("Tr").is_some_and(|transparency| transparency > 0.0)
             || read.dissolve_texture.is_some();
@@ -255,7 +257,7 @@ impl Reader<'_> {
         &mut self,
         texture: &Texture,
         material: &str,
-        placed: &mut Option<([f32; 2], [f32; 2])>,
+        placed: &mut Option<Placed>,
     ) -> Result<Option<usize>, MeshError> {
         let name = &texture.file;
         if name.is_empty() {
@@ -278,19 +280,15 @@ impl Reader<'_> {
                 }
             },
         };
-        let is_scale = |scale: f32| scale.is_finite() && scale > 0.0;
-        if !texture.scale.into_iter().all(is_scale) {
-            self.found
-                .leave(material, "pictures that are mirrored (-s)");
+        let at = Placed {
+            scale: texture.scale,
+            offset: texture.offset,
+        };
+        if !self.found.can_place(at, material, placed) {
             return Ok(None);
         }
         for option in &texture.unused {
             self.found.leave(material, format!("{option} of pictures"));
-        }
-        let at = (texture.scale, texture.offset);
-        if *placed.get_or_insert(at) != at {
-            self.found
-                .leave(material, "scales and offsets of further pictures (-s, -o)");
         }
         Ok(Some(index))
     }

@@ -12,7 +12,7 @@ pub struct PreparedLighting {
     pub has_smooth_edges: bool,
     /// The materials of all objects.
     pub finishes: Vec<Finish>,
-    /// How the pattern lies on the facets of all objects.
+    /// How the pattern lies on the facets of all objects, and their materials.
     pub facets: Vec<FacetMaterial>,
     /// The lights.
     pub lights: Vec<Light>,

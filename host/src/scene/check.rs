@@ -99,12 +99,12 @@ pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
             if !materials.any(|material| material.name == name) {
                 let names = scene.materials.iter();
                 let names: Vec<&str> = names.map(|material| material.name.as_str()).collect();
-                let known = match names.is_empty() {
-                    _ if name.starts_with('@') => {
-                        format!("the materials of the mesh file are {:?}", Finish::OF_MESH)
-                    }
-                    true => "add a table [[material]] with that name".to_string(),
-                    false => format!("the materials are {}", names.join(", ")),
+                let known = if name.starts_with('@') {
+                    format!("the materials of the mesh file are {:?}", Finish::OF_MESH)
+                } else if names.is_empty() {
+                    "add a table [[material]] with that name".to_string()
+                } else {
+                    format!("the materials are {}", names.join(", "))
                 };
                 let problem =
                     format!("is {name:?}, which is neither a colour nor a material; {known}");

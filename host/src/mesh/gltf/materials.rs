@@ -10,7 +10,7 @@ use gltf::texture::Info;
 use gltf::{Document, Material};
 
 use super::super::error::MeshError;
-use super::super::material::{MeshMaterial, MeshMaterials};
+use super::super::material::{MeshMaterial, MeshMaterials, Placed};
 use super::buffers::{BufferError, Buffers, Kind, content};
 use super::document::open;
 use super::parts::{Part, parts};
@@ -102,21 +102,6 @@ struct Reader<'a> {
     /// Bytes that pictures may still have.
     limit: u64,
     found: MeshMaterials,
-}
-
-/// How pictures lie on the texture coordinates, v down: a scale, and then an offset.
-#[derive(Clone, Copy, PartialEq)]
-struct Placed {
-    scale: [f32; 2],
-    offset: [f32; 2],
-}
-
-impl Placed {
-    /// As the texture coordinates are.
-    const PLAIN: Placed = Placed {
-        scale: [1.0; 2],
-        offset: [0.0; 2],
-    };
 }
 
 impl Reader<'_> {
@@ -230,8 +215,7 @@ impl Reader<'_> {
         (set, placed)
     }
 
-    /// Returns whether a picture can lie as it should; the first one of a material says how all
-    /// others lie.
+    /// Returns whether a picture with the texture coordinates `set` can lie as it should.
     fn can_place(
         &mut self,
         set: u64,
@@ -244,16 +228,7 @@ impl Reader<'_> {
             self.found.leave(material, what);
             return false;
         }
-        let is_scale = |scale: f32| scale.is_finite() && scale > 0.0;
-        if !at.scale.into_iter().all(is_scale) {
-            self.found.leave(material, "pictures that are mirrored");
-            return false;
-        }
-        if *placed.get_or_insert(at) != at {
-            self.found
-                .leave(material, "scales and offsets of further pictures");
-        }
-        true
+        self.found.can_place(at, material, placed)
     }
 
     /// Returns the index of the picture of a texture; `None` where it cannot be read.

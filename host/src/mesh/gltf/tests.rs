@@ -761,10 +761,9 @@ fn materials_are_read_with_their_pictures() {
         (glass.base_color_picture, glass.emission_picture),
         (None, None)
     );
-    let unused: Vec<_> = found
-        .unused
-        .iter()
-        .map(|left| (&*left.material, &*left.what))
+    let unused = found.unused.iter();
+    let unused: Vec<_> = unused
+        .flat_map(|(what, materials)| materials.iter().map(|material| (&**material, &**what)))
         .collect();
     // Not where its picture is missing.
     assert_eq!(glass.emission, [0.0; 3]);

@@ -18,7 +18,7 @@ use relievo_shared::shading::layout::FINISHES;
 use relievo_shared::shading::{FacetMaterial, Finish, Image, Material};
 use std::path::PathBuf;
 
-/// Returns the finishes and the scales of all facets of `objects`, and numbers the materials in
+/// Returns the finishes and the facets of all `objects`, and numbers the materials in
 /// their parameters.
 pub(super) fn finishes(
     scene: &Scene,
@@ -90,43 +90,46 @@ pub(super) fn finishes(
             false => vec![Material::default()],
         };
         let cells = cells_of(scene, object, prepared, words, account)?;
+        // In the order of the classes; `None` is that of the mesh.
+        let mut classes: Vec<(Option<Material>, Image)> = Vec::new();
+        for (name, color) in [
+            (&object.finish.cap, object.material.cap),
+            (&object.finish.wall, object.material.wall),
+            (&object.finish.bevel, object.material.bevel),
+            (&object.finish.floor, object.material.floor),
+        ] {
+            let mut materials = scene.materials.iter();
+            let named =
+                materials.find(|material| name.as_ref().is_some_and(|name| *name == material.name));
+            let material = match (named, name.as_deref()) {
+                (Some(material), _) => Some(named_material(material, pictures, words, account)?),
+                (None, Some(scene::Finish::OF_MESH)) => None,
+                (None, _) => Some(plain_material(color, &object.material)),
+            };
+            let cells = match named.is_some_and(PhysicalMaterial::varies) {
+                true => cells,
+                false => Image::default(),
+            };
+            classes.push((material, cells));
+        }
         for mesh_material in mesh_materials {
-            // In the order of the classes.
-            for (name, color) in [
-                (&object.finish.cap, object.material.cap),
-                (&object.finish.wall, object.material.wall),
-                (&object.finish.bevel, object.material.bevel),
-                (&object.finish.floor, object.material.floor),
-            ] {
-                let mut materials = scene.materials.iter();
-                let named = materials
-                    .find(|material| name.as_ref().is_some_and(|name| *name == material.name));
-                let material = match (named, name.as_deref()) {
-                    (Some(material), _) => named_material(material, pictures, words, account)?,
-                    (None, Some(scene::Finish::OF_MESH)) => mesh_material,
-                    (None, _) => plain_material(color, &object.material),
-                };
-                finishes.push(Finish {
-                    material,
-                    first_facet,
-                    depth: prepared.parameters.depth,
-                    inverse_repeat: object.repeat.map(|repeat| (1.0 / repeat) as f32),
-                    period: object.repeat.map(|repeat| match repeat.fract() == 0.0 {
-                        true => repeat as f32,
-                        false => 0.0,
-                    }),
-                    cells: match named.is_some_and(PhysicalMaterial::varies) {
-                        true => cells,
-                        false => Image::default(),
-                    },
-                    seed: prepared.number as u32,
-                    growth: growth(&prepared.parameters),
-                    side: match grows_mostly(&prepared.parameters) {
-                        true => CLASS_BEVEL,
-                        false => CLASS_WALL,
-                    },
-                });
-            }
+            finishes.extend(classes.iter().map(|(material, cells)| Finish {
+                material: material.unwrap_or(mesh_material),
+                first_facet,
+                depth: prepared.parameters.depth,
+                inverse_repeat: object.repeat.map(|repeat| (1.0 / repeat) as f32),
+                period: object.repeat.map(|repeat| match repeat.fract() == 0.0 {
+                    true => repeat as f32,
+                    false => 0.0,
+                }),
+                cells: *cells,
+                seed: prepared.number as u32,
+                growth: growth(&prepared.parameters),
+                side: match grows_mostly(&prepared.parameters) {
+                    true => CLASS_BEVEL,
+                    false => CLASS_WALL,
+                },
+            }));
         }
     }
     Ok((finishes, facets))
