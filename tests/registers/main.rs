@@ -306,7 +306,10 @@ fn no_shader_spills_registers() {
     let Some(all) = measured() else { return };
     let table = table(all);
     for row in Compiled::rows(&table) {
-        let fits = row.vgprs <= 128 && row.spilled_vgprs == 0 && row.scratch == 0;
+        // Shading is a pass of its own: what counts is how many of its waves fit.
+        let is_shading = row.entry_point.starts_with("shade");
+        let has_room = row.vgprs <= 128 || (is_shading && row.waves >= 8);
+        let fits = has_room && row.spilled_vgprs == 0 && row.scratch == 0;
         assert!(fits, "{row}");
     }
     let spill: BTreeSet<[&str; 3]> = Compiled::rows(&table)

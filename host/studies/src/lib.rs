@@ -3,6 +3,7 @@
 //! ```text
 //! bench      frame times, and the paper's Table 1
 //! bounds     errors of each f32 function against the same source in f64
+//! distance   flicker, error and cost of a scene, from near to far away
 //! edges      error and cost of smooth edges
 //! geometry   the carving as plain triangles, beside the extrusions
 //! gallery    the paper's figures as a page
@@ -14,6 +15,7 @@
 
 pub mod bench;
 pub mod bounds;
+pub mod distance;
 pub mod edges;
 pub mod gallery;
 pub mod geometry;

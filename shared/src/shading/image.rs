@@ -2,10 +2,57 @@
 //! words; lookups are bilinear within a level and linear between two levels.
 
 use super::layout::Image;
-use crate::arithmetic::{clamp, floor};
+use crate::arithmetic::{clamp, div, floor, floor_to_int, max, min, sqrt};
 use crate::shape_map::Texels;
 use crate::{Real, Vec2};
 use glam::Vec4;
+use relievo_exact::log2;
+
+/// Largest number of places at which a picture is looked up along a pixel.
+const MOST_PLACES: Real = 8.0;
+
+/// The parallelogram that a pixel covers: its sides, to the right and down, in any unit.
+#[derive(Clone, Copy, Debug)]
+pub struct Footprint {
+    /// The side to the right.
+    pub right: Vec2,
+    /// The side down.
+    pub down: Vec2,
+}
+
+impl Footprint {
+    /// Returns a square footprint whose sides are `width` along each axis.
+    #[inline]
+    pub fn square(width: Vec2) -> Footprint {
+        Footprint {
+            right: Vec2::new(width.x, 0.0),
+            down: Vec2::new(0.0, width.y),
+        }
+    }
+
+    /// Returns it with each axis in another unit.
+    #[inline]
+    pub fn scaled(&self, scale: Vec2) -> Footprint {
+        Footprint {
+            right: self.right * scale,
+            down: self.down * scale,
+        }
+    }
+
+    /// Returns the lengths of its sides, to the right and down.
+    #[inline]
+    fn lengths(&self) -> (Real, Real) {
+        let length = |side: Vec2| sqrt(side.dot(side));
+        (length(self.right), length(self.down))
+    }
+
+    /// Returns the length of its longer side.
+    #[inline]
+    pub fn longest(&self) -> Real {
+        let (right, down) = self.lengths();
+        max(right, down)
+    }
+}
 
 /// Returns the texel at word `index`.
 #[inline]
@@ -93,4 +140,37 @@ pub fn sample<T: Texels + ?Sized>(words: &T, image: &Image, at: Vec2, level: Rea
         height = halved(height);
     }
     found
+}
+
+/// Returns the mean of `image` over a pixel that covers `footprint` around `at`, both in repeats:
+/// lookups along the longer side, in the level of detail of the shorter one.
+#[inline]
+pub fn sample_over<T: Texels + ?Sized>(
+    words: &T,
+    image: &Image,
+    at: Vec2,
+    footprint: &Footprint,
+) -> Vec4 {
+    let size = Vec2::new(image.width as i32 as Real, image.height as i32 as Real);
+    let (right, down) = footprint.scaled(size).lengths();
+    let side = if right > down {
+        footprint.right
+    } else {
+        footprint.down
+    };
+    let (long, short) = (max(right, down), min(right, down));
+    let ratio = div(long, max(short, 1e-6));
+    let places = floor(clamp(ratio + 0.5, 1.0, MOST_PLACES));
+    let part = div(1.0, places);
+    let level = log2(clamp(long * part, 1e-6, 1e6));
+    let step = side * part;
+    let mut rest = floor_to_int(places);
+    let mut place = at - step * (0.5 * places - 0.5);
+    let mut sum = Vec4::ZERO;
+    while rest > 0 {
+        sum += sample(words, image, place, level);
+        place += step;
+        rest -= 1;
+    }
+    sum * part
 }

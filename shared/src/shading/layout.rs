@@ -86,6 +86,8 @@ pub struct Finish {
     pub growth: Real,
     /// The class of most of a side, one of the `CLASS_` constants.
     pub side: u32,
+    /// Width of a cell, texels of the map.
+    pub cell_width: Real,
 }
 
 /// Number of finishes of an object, or of each of its mesh's materials: one for each class that
@@ -189,7 +191,7 @@ pub const REFLECTANCE_SIZE: u32 = 32;
 const _: () = {
     use core::mem::size_of;
     assert!(size_of::<Image>() == 16 && size_of::<Material>() == 132);
-    assert!(size_of::<Finish>() == 184 && size_of::<FacetMaterial>() == 20);
+    assert!(size_of::<Finish>() == 188 && size_of::<FacetMaterial>() == 20);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
     assert!(size_of::<Lighting>() == 160);
 };

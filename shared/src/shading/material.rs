@@ -2,17 +2,19 @@
 
 use super::Tables;
 use super::cells::{cell, hash, unit};
-use super::image::sample;
+use super::image::{Footprint, sample_over};
 use super::layout::{
-    FINISHES, FOLLOWS_MESH_EVERYWHERE, FOLLOWS_PATTERN, FacetMaterial, Finish, Image, Material,
+    FINISHES, FOLLOWS_MESH_EVERYWHERE, FOLLOWS_PATTERN, FacetMaterial, Finish, Material,
 };
-use crate::arithmetic::{clamp, div, max, normalize_or, sqrt};
+use crate::arithmetic::{clamp, div, kept, max, min, normalize_or, sqrt};
 use crate::gbuffer::Sample;
-use crate::layout::{vec2, vec3};
+use crate::layout::{Frame, vec2, vec3};
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL};
 use crate::shape_map::Texels;
 use crate::{Real, Vec2, Vec3};
-use relievo_exact::log2;
+
+/// Least cosine between a surface and the direction to the eye, of what a pixel covers.
+const LEAST_COSINE: Real = 0.02;
 
 /// What a material is at a hit.
 #[derive(Clone, Copy, Debug)]
@@ -41,13 +43,24 @@ fn is_side(hit: &Sample) -> bool {
     hit.class == CLASS_WALL || hit.class == CLASS_BEVEL
 }
 
+/// Returns the unit vector along growing v, or on a side along growing depth.
+#[inline]
+fn second_axis(hit: &Sample) -> Vec3 {
+    let bitangent = hit.normal.cross(hit.tangent);
+    if hit.is_mirrored {
+        -bitangent
+    } else {
+        bitangent
+    }
+}
+
 /// Where pictures lie at a hit.
 #[derive(Clone, Copy, Debug)]
 pub struct Coordinates {
     /// Repeats of the pictures from their upper left corner.
     pub at: Vec2,
-    /// Repeats of the pictures along the width of a pixel, along both axes.
-    pub width: Vec2,
+    /// What a pixel covers, repeats of the pictures.
+    pub footprint: Footprint,
     /// The x axis of the pictures along tangent and bitangent, which is (1, 0), (0, 1), (−1, 0)
     /// or (0, −1).
     pub axis: Vec2,
@@ -56,22 +69,26 @@ pub struct Coordinates {
 }
 
 impl Coordinates {
-    /// Varies them by the hash of a cell.
+    /// Varies them by the hash of a cell; `share` is how much of its shade is seen.
     #[inline]
-    fn varied(self, material: &Material, cell: u32) -> Coordinates {
+    fn varied(self, material: &Material, cell: u32, share: Real) -> Coordinates {
         let (first, second, third) = (hash(cell ^ 1), hash(cell ^ 2), hash(cell ^ 3));
-        let shade = 1.0 + material.shade_variation * (2.0 * unit(first) - 1.0);
+        let shade = 1.0 + share * material.shade_variation * (2.0 * unit(first) - 1.0);
         let mut varied = Coordinates { shade, ..self };
         if material.turns != 0 {
             // By quarters.
             let is_back = second & 1 == 1;
             let is_across = second & 2 == 2;
             let sign = if is_back { -1.0 } else { 1.0 };
-            let (at, width) = (self.at, self.width);
+            let at = self.at;
+            let turned = |v: Vec2| Vec2::new(v.y, -v.x);
             if is_across {
                 varied.axis = Vec2::new(0.0, sign);
-                varied.at = Vec2::new(at.y, -at.x) * sign;
-                varied.width = Vec2::new(width.y, width.x);
+                varied.at = turned(at) * sign;
+                varied.footprint = Footprint {
+                    right: turned(self.footprint.right),
+                    down: turned(self.footprint.down),
+                };
             } else {
                 varied.axis = Vec2::new(sign, 0.0);
                 varied.at = at * sign;
@@ -84,19 +101,29 @@ impl Coordinates {
     }
 }
 
-/// Returns where the pictures of `finish` lie at `hit`. `pixel` is a pixel's width at
-/// distance 1, and `cosine` the one between surface and eye.
+/// Returns the sides of what a pixel covers on the plane through the point at distance `t` with
+/// unit `normal`, world units: to the right and down.
+#[inline]
+pub fn covered(frame: &Frame, direction: Vec3, t: Real, normal: Vec3) -> [Vec3; 2] {
+    let depth = t * direction.dot(vec3(frame.forward));
+    let facing = min(kept(normal.dot(direction)), -LEAST_COSINE);
+    let inverse = div(1.0, facing);
+    let along = |step: Vec3| (step - direction * (kept(normal.dot(step)) * inverse)) * depth;
+    [along(vec3(frame.ray_right)), along(vec3(frame.ray_down))]
+}
+
+/// Returns where the pictures of `finish` lie at `hit`, seen along `direction`.
 ///
 /// On walls and bevels the first axis follows the outline, and the second one the depth, unless
 /// pictures follow the mesh everywhere.
 #[inline]
 pub fn coordinates<T: Texels + ?Sized>(
     words: &T,
+    frame: &Frame,
+    direction: Vec3,
     hit: &Sample,
     finish: &Finish,
     facet: &FacetMaterial,
-    pixel: Real,
-    cosine: Real,
 ) -> Coordinates {
     let material = &finish.material;
     let whole = hit.uv + vec2(facet.whole);
@@ -106,7 +133,8 @@ pub fn coordinates<T: Texels + ?Sized>(
         vec2(finish.inverse_repeat)
     };
     let (repeats, density) = (whole * scale, vec2(facet.density) * scale);
-    let (at, density) = if is_side(hit) && material.follows != FOLLOWS_MESH_EVERYWHERE {
+    let is_along = is_side(hit) && material.follows != FOLLOWS_MESH_EVERYWHERE;
+    let (at, density) = if is_along {
         let (along, density) = if hit.is_along_v {
             (repeats.y, density.y)
         } else {
@@ -118,30 +146,40 @@ pub fn coordinates<T: Texels + ?Sized>(
         (repeats, density)
     };
     let tiles = vec2(material.tiles);
-    // Between the widths along and across the slant.
-    let slant = div(1.0, sqrt(max(cosine, 1e-2)));
-    let footprint = div(hit.t, max(hit.unit, 1e-12)) * pixel * slant;
+    let [right, down] = covered(frame, direction, hit.t, hit.normal);
+    let across = second_axis(hit);
+    let on_axes = |side: Vec3| Vec2::new(hit.tangent.dot(side), across.dot(side));
+    // Where pictures follow the mesh on a side, their axes are not known.
+    let footprint = if is_along || !is_side(hit) {
+        Footprint {
+            right: on_axes(right),
+            down: on_axes(down),
+        }
+    } else {
+        let area = right.cross(down);
+        Footprint::square(Vec2::splat(sqrt(sqrt(area.dot(area)))))
+    };
+    let scale = density * tiles * div(1.0, max(hit.unit, 1e-12));
     let found = Coordinates {
         at: at * tiles + vec2(material.offset),
-        width: density * tiles * footprint,
+        footprint: footprint.scaled(scale),
         axis: Vec2::X,
         shade: 1.0,
     };
     if finish.cells.levels == 0 {
         found
     } else {
-        found.varied(material, cell(words, finish, whole))
+        let size = Vec2::new(
+            finish.cells.width as i32 as Real,
+            finish.cells.height as i32 as Real,
+        );
+        let scale = vec2(facet.density) * size * div(1.0, max(hit.unit, 1e-12));
+        let width = footprint.scaled(scale).longest();
+        let cells = div(width, max(finish.cell_width, 1e-6));
+        // Cells that are smaller than a pixel are seen together.
+        let share = clamp(1.5 - cells, 0.0, 1.0);
+        found.varied(material, cell(words, finish, whole), share)
     }
-}
-
-/// Returns the level of detail of `image` for pixels of `width` repeats.
-#[inline]
-fn level(image: &Image, width: Vec2) -> Real {
-    let texels = max(
-        width.x * (image.width as i32 as Real),
-        width.y * (image.height as i32 as Real),
-    );
-    log2(clamp(texels, 1e-6, 1e6))
 }
 
 /// Returns what `material` is at `hit`, whose pictures lie at `coordinates`.
@@ -172,12 +210,7 @@ pub fn values<T: Tables + ?Sized>(
             material.emission_image
         };
         if image.levels != 0 {
-            let value = sample(
-                tables,
-                &image,
-                coordinates.at,
-                level(&image, coordinates.width),
-            );
+            let value = sample_over(tables, &image, coordinates.at, &coordinates.footprint);
             let rgb = Vec3::new(value.x, value.y, value.z);
             if which == 0 {
                 found.base_color *= rgb;
@@ -202,12 +235,7 @@ pub fn values<T: Tables + ?Sized>(
 #[inline]
 fn bumped(hit: &Sample, texel: Vec3, scale: Real, axis: Vec2) -> Vec3 {
     let slopes = texel * 2.0 - Vec3::ONE;
-    let bitangent = hit.normal.cross(hit.tangent);
-    let down = if hit.is_mirrored {
-        -bitangent
-    } else {
-        bitangent
-    };
+    let down = second_axis(hit);
     let x = hit.tangent * axis.x + down * axis.y;
     // Rows of pictures run down, and y points up.
     let y = hit.tangent * axis.y - down * axis.x;

@@ -14,7 +14,7 @@ pub mod shadow_map;
 
 pub use layout::{FacetMaterial, Finish, Image, Light, Lighting, Material, ShadowMap};
 
-use crate::arithmetic::{clamp, div, kept3, max, sqrt};
+use crate::arithmetic::{clamp, div, kept3, max};
 use crate::camera::pixel_ray;
 use crate::contract::check3;
 use crate::gbuffer::{Hits, Sample};
@@ -69,31 +69,34 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
     (x, y): (u32, u32),
     hits: &H,
 ) -> UVec4 {
-    let hit = hits.sample(x, y);
+    let class = hits.sample(x, y).class;
     let direction = pixel_ray(frame, x, y);
     let division = edges::division(tables, frame, hits, x, y);
-    let (rgb, class) = if hit.class == CLASS_MISS {
+    let (rgb, class) = if class == CLASS_MISS {
         missed(tables, lighting, direction)
     } else {
         let own = 1.0 - division.before - division.after;
         let between = clamp(div(division.between, max(own, 1e-3)), 0.0, 1.0);
         let mut rgb = Vec3::ZERO;
-        // The hit, and the side beside it: written once, and in the shader once.
+        // The hit, and the side beside it: written once, and in the shader once, since compilers do
+        // not unroll a loop whose end they do not know.
+        let end = if between > 0.0 { 2 } else { 1 };
         let mut part = 0;
-        while part < 2 {
+        while part < end {
             let is_side = part == 1;
             let share = if is_side { between } else { 1.0 - between };
             if share > 0.0 {
                 let (ray, hit) = if is_side {
                     edges::side(tables, frame, hits, x, y, &division)
                 } else {
-                    (direction, hit)
+                    // Read again, so that it takes no registers meanwhile.
+                    (direction, hits.sample(x, y))
                 };
                 rgb += shade(tables, frame, lighting, ray, &hit) * share;
             }
             part += 1;
         }
-        (rgb, hit.class)
+        (rgb, class)
     };
     color_words(rgb, division.code(class))
 }
@@ -131,10 +134,7 @@ pub fn shade<T: Tables + ?Sized>(
     let finish = tables.finish(first + facet.slot * layout::FINISHES);
     let position = vec3(frame.eye) + direction * hit.t;
     let to_eye = -direction;
-    let across = vec3(frame.ray_right);
-    let pixel = sqrt(across.dot(across));
-    let cosine = hit.normal.dot(to_eye);
-    let coordinates = material::coordinates(tables, hit, finish, facet, pixel, cosine);
+    let coordinates = material::coordinates(tables, frame, direction, hit, finish, facet);
     let values = material::values(tables, hit, &finish.material, &coordinates);
     let normal = values.normal;
     let surface = Reflector::new(

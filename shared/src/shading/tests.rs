@@ -1,9 +1,11 @@
 //! The model against the formulas of its sources.
 
 use super::brdf::{Reflector, distribution, schlick, visibility};
+use super::image::Footprint;
 use super::layout::{LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, Light};
 use super::lights::{half_way, incoming};
 use super::{image, lit};
+use crate::camera::tests::frame;
 use crate::edge::Edge;
 use crate::gbuffer::Sample;
 use crate::normals::{CLASS_CAP, CLASS_WALL};
@@ -203,6 +205,28 @@ fn pictures_are_filtered_within_and_between_levels() {
 }
 
 #[test]
+fn pictures_are_filtered_along_a_pixel() {
+    let (words, image) = picture();
+    let over = |x: f32, y: f32, right: Vec2, down: Vec2| {
+        let footprint = Footprint { right, down };
+        let found = image::sample_over(&words[..], &image, Vec2::new(x, y), &footprint);
+        [found.x, found.y].map(|x| (x * 65_535.0).round())
+    };
+    let texel = Vec2::new(0.25, 0.5);
+    let (x, y) = (Vec2::X * texel.x, Vec2::Y * texel.y);
+    // One texel.
+    assert_eq!(over(0.375, 0.25, x, y), [10_000.0, 0.0]);
+    // The second and the third one, in the finest level, whichever side is the longer one.
+    assert_eq!(over(0.5, 0.25, 2.0 * x, y), [15_000.0, 0.0]);
+    assert_eq!(over(0.5, 0.25, y, -2.0 * x), [15_000.0, 0.0]);
+    // Both rows, in one column.
+    assert_eq!(over(0.375, 0.5, x, 2.0 * y), [10_000.0, 5_000.0]);
+    // A pixel that is much longer than wide: no more than eight lookups, in a coarser level.
+    let found = over(0.5, 0.25, 64.0 * x, y);
+    assert!((found[0] - 15_000.0).abs() < 10.0, "{found:?}");
+}
+
+#[test]
 fn pictures_follow_pattern_mesh_or_outline() {
     let sample = Sample {
         class: CLASS_CAP,
@@ -232,14 +256,18 @@ fn pictures_follow_pattern_mesh_or_outline() {
     let facet = FacetMaterial {
         whole: [2.0, -1.0],
         density: [4.0, 5.0],
-        slot: 0,
+        ..FacetMaterial::default()
     };
-    let at =
-        |sample: &Sample, finish: &Finish| coordinates(&[0][..], sample, finish, &facet, 0.01, 1.0);
+    // A pixel is 0.01 wide at distance 1.
+    let frame = frame(Vec3::ZERO, Vec3::NEG_Z, 4, 4, 0.02);
+    let at = |sample: &Sample, finish: &Finish| {
+        coordinates(&[0][..], &frame, Vec3::NEG_Z, sample, finish, &facet)
+    };
     let found = at(&sample, &finish);
     assert_eq!(found.at, Vec2::new(7.0, -1.5));
     // A pixel is 0.1 world units, 0.05 object units.
-    assert!((found.width - Vec2::new(0.4, 0.75)).length() < 1e-5);
+    assert!((found.footprint.right - Vec2::new(0.4, 0.0)).length() < 1e-5);
+    assert!((found.footprint.down - Vec2::new(0.0, -0.75)).length() < 1e-5);
     let wall = Sample {
         class: CLASS_WALL,
         ..sample

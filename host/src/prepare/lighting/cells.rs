@@ -14,9 +14,16 @@ struct Member {
     before: [i32; 2],
 }
 
-/// Returns the cells of `map` as [`relievo_shared::shading::cells`] reads them, one word a texel. A
-/// pattern without solid texels is one cell.
-pub(super) fn cells(map: &ShapeMap) -> Vec<u32> {
+/// The cells of a pattern.
+pub(super) struct Cells {
+    /// One word a texel, as [`relievo_shared::shading::cells`] reads them.
+    pub(super) words: Vec<u32>,
+    /// How many there are, ≥ 1.
+    pub(super) count: u32,
+}
+
+/// Returns the cells of `map`. A pattern without solid texels is one cell.
+pub(super) fn cells(map: &ShapeMap) -> Cells {
     let size = [map.width() as usize, map.height() as usize];
     let distances: Vec<f32> = (0..map.height())
         .flat_map(|y| (0..map.width()).map(move |x| (x, y)))
@@ -69,7 +76,10 @@ pub(super) fn cells(map: &ShapeMap) -> Vec<u32> {
             },
         };
     }
-    members.into_iter().map(word).collect()
+    Cells {
+        words: members.into_iter().map(word).collect(),
+        count: count.max(1),
+    }
 }
 
 /// Returns `member` as seen from a texel `crossed` repeats further on.
@@ -123,6 +133,7 @@ mod tests {
         let map = bake(&pattern, Storage::R32F, &|_| ());
         let part = |word: u32, shift: u32| ((word >> (NUMBER_BITS + shift)) & 3) as i32 - 1;
         cells(&map)
+            .words
             .into_iter()
             .map(|word| {
                 (

@@ -89,7 +89,7 @@ pub(super) fn finishes(
             true => of_meshes.materials(object, &prepared.mesh, pictures, words, account)?,
             false => vec![Material::default()],
         };
-        let cells = cells_of(scene, object, prepared, words, account)?;
+        let (cells, cell_width) = cells_of(scene, object, prepared, words, account)?;
         // In the order of the classes; `None` is that of the mesh.
         let mut classes: Vec<(Option<Material>, Image)> = Vec::new();
         for (name, color) in [
@@ -129,37 +129,42 @@ pub(super) fn finishes(
                     true => CLASS_BEVEL,
                     false => CLASS_WALL,
                 },
+                cell_width,
             }));
         }
     }
     Ok((finishes, facets))
 }
 
-/// Returns the cells of an object's pattern, if one of its materials varies from cell to cell.
+/// Returns the cells of an object's pattern, if one of its materials varies from cell to cell, and
+/// the width of a cell, texels.
 fn cells_of(
     scene: &Scene,
     object: &SceneObject,
     prepared: &PreparedObject,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
-) -> Result<Image, Error> {
+) -> Result<(Image, f32), Error> {
     let varies = |(_, name): (_, &str)| {
         let mut materials = scene.materials.iter();
         materials.any(|material| material.name == name && material.varies())
     };
     if !object.finish.names().any(varies) {
-        return Ok(Image::default());
+        return Ok((Image::default(), 0.0));
     }
     let [width, height] = [prepared.map.width(), prepared.map.height()];
     account.take(&object.shape, u64::from(width) * u64::from(height), 32)?;
     let first = words.len() as u32;
-    words.extend(cells(&prepared.map));
-    Ok(Image {
+    let cells = cells(&prepared.map);
+    words.extend(cells.words);
+    let image = Image {
         first,
         width,
         height,
         levels: 1,
-    })
+    };
+    let area = f64::from(width) * f64::from(height) / f64::from(cells.count.max(1));
+    Ok((image, area.sqrt() as f32))
 }
 
 /// Returns how the pattern lies on a triangle with the materials of `slot`.

@@ -6,7 +6,6 @@ use crate::limits::Account;
 use crate::scene::Scene;
 use crate::shape_map::load_picture;
 use crate::srgb;
-use image::imageops::{self, FilterType};
 use image::{DynamicImage, Rgba32FImage};
 use relievo_shared::shading::Image;
 use relievo_shared::shading::image::halved;
@@ -95,6 +94,35 @@ pub(super) fn linear(picture: DynamicImage, encoding: Encoding) -> Rgba32FImage 
     pixels
 }
 
+/// Returns the next level of `picture`, whose texels are the means of the areas that they cover: other
+/// filters reach beyond the edges, where pictures repeat.
+fn halve(picture: &Rgba32FImage) -> Rgba32FImage {
+    let (width, height) = picture.dimensions();
+    let (columns, rows) = (halved(width), halved(height));
+    // Up to three texels along each axis, with their shares.
+    let covered = |index: u32, count: u32, size: u32| {
+        let scale = f64::from(size) / f64::from(count);
+        let (start, end) = (f64::from(index) * scale, f64::from(index + 1) * scale);
+        let last = (end.ceil() as u32).min(size);
+        (start as u32..last).map(move |texel| {
+            let (low, high) = (f64::from(texel), f64::from(texel + 1));
+            (texel, ((high.min(end) - low.max(start)) / scale) as f32)
+        })
+    };
+    Rgba32FImage::from_fn(columns, rows, |x, y| {
+        let mut sum = [0.0; 4];
+        for (row, down) in covered(y, rows, height) {
+            for (column, across) in covered(x, columns, width) {
+                let texel = picture.get_pixel(column, row).0;
+                for (sum, part) in sum.iter_mut().zip(texel) {
+                    *sum += part * across * down;
+                }
+            }
+        }
+        image::Rgba(sum)
+    })
+}
+
 /// Appends the levels of `picture` to `words`.
 fn append(words: &mut Vec<u32>, mut picture: Rgba32FImage) -> Image {
     let mut image = Image {
@@ -115,7 +143,33 @@ fn append(words: &mut Vec<u32>, mut picture: Rgba32FImage) -> Image {
         if width == 1 && height == 1 {
             return image;
         }
-        let (width, height) = (halved(width), halved(height));
-        picture = imageops::resize(&picture, width, height, FilterType::Triangle);
+        picture = halve(&picture);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_level_keeps_the_mean() {
+        for (width, height) in [(4, 4), (5, 3), (7, 1), (1, 6)] {
+            let picture = Rgba32FImage::from_fn(width, height, |x, y| {
+                image::Rgba([x as f32, y as f32, (x * y) as f32, 1.0])
+            });
+            let mean = |picture: &Rgba32FImage| {
+                let sum = picture.pixels().fold([0.0; 4], |sum, pixel| {
+                    [0, 1, 2, 3].map(|i| sum[i] + pixel.0[i])
+                });
+                sum.map(|sum| sum / picture.pixels().len() as f32)
+            };
+            let smaller = halve(&picture);
+            assert_eq!(smaller.dimensions(), (halved(width), halved(height)));
+            let (before, after) = (mean(&picture), mean(&smaller));
+            assert!(
+                before.iter().zip(after).all(|(a, b)| (a - b).abs() < 1e-4),
+                "{before:?} {after:?}"
+            );
+        }
     }
 }

@@ -14,7 +14,7 @@ use relievo::render::gpu::{Adapter, Choice, Extent, Shaders, choose};
 use relievo::render::{CpuRenderer, GpuRenderer, RenderError, Renderer};
 use relievo::scene::Tier;
 use relievo_studies::bench::{Backend, Summary, measure, scaling as measure_scaling};
-use relievo_studies::edges;
+use relievo_studies::{distance, edges};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -194,6 +194,42 @@ pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
                 row.rmse,
                 ratio(row.ratios[0]),
                 ratio(row.ratios[1])
+            ))?;
+        }
+    }
+    Ok(())
+}
+
+/// `relievo bench distance`.
+pub fn distance(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
+    say(format_args!(
+        "CPU, a camera that moves by {} pixels a frame; without and with smooth edges: FLIP from frame to frame less that of {} samples a pixel, FLIP from these, microseconds a pixel that is hit",
+        distance::STEP,
+        distance::REFERENCE.pow(2)
+    ))?;
+    for path in &arguments.scenes {
+        let loaded = |is_smooth| {
+            load_with(path, arguments.size, &arguments.limits.limits(), |scene| {
+                scene.smooth_edges = is_smooth;
+            })
+        };
+        let (plain, smooth) = (loaded(false)?, loaded(true)?);
+        let rows = {
+            let bar = Bar::new();
+            let progress = |message: &str, fraction| bar.show(message.to_string(), fraction);
+            let prepared = [&plain.prepared, &smooth.prepared];
+            let size = plain.prepared.size;
+            distance::measure(&plain.scene, prepared, size, arguments.frames, &progress)?
+        };
+        say(format_args!("{}", path.display()))?;
+        for row in rows {
+            let [width, height] = row.size;
+            let [flicker, smooth_flicker] = row.flicker;
+            let [error, smooth_error] = row.error;
+            let [time, smooth_time] = row.time;
+            say(format_args!(
+                "  {:>5} times as far, {width} × {height}: flicker {flicker:.5} {smooth_flicker:.5}, error {error:.4} {smooth_error:.4}, time {time:.2} {smooth_time:.2}",
+                row.distance
             ))?;
         }
     }

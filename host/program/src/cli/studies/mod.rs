@@ -46,6 +46,8 @@ pub enum BenchCommand {
     Budget(budget::BenchBudgetArguments),
     /// Measure the paper's Table 1: extrusion against relief mapping, planar and curved
     Table1(bench::BenchTable1Arguments),
+    /// Measure flicker, error and cost from near to 1,000 times as far, without and with smooth edges
+    Distance(bench::BenchSceneArguments),
     /// Measure error and cost of smooth edges and of four samples a pixel
     Edges(bench::BenchSceneArguments),
     /// Time frames over the number of triangles, 2,000 to 2 million, and of copies, 1 to 100,000
@@ -67,6 +69,7 @@ pub fn run(command: Command) -> anyhow::Result<()> {
         }
         Command::Bench(BenchCommand::Budget(arguments)) => budget::run(&arguments),
         Command::Bench(BenchCommand::Table1(arguments)) => bench::table1(&arguments),
+        Command::Bench(BenchCommand::Distance(arguments)) => bench::distance(&arguments),
         Command::Bench(BenchCommand::Edges(arguments)) => bench::edges(&arguments),
         Command::Bench(BenchCommand::Scaling(arguments)) => bench::scaling(&arguments),
         Command::Bench(BenchCommand::Geometry(arguments)) => geometry::run(&arguments),
