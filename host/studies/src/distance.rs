@@ -26,7 +26,7 @@ pub struct Row {
     pub distance: f64,
     /// Size of the picture, which shows as much of the scene as the scene's own, pixels.
     pub size: [u32; 2],
-    /// Mean FLIP difference from frame to frame, less that of the reference.
+    /// Mean FLIP difference between frames, minus that of the reference.
     pub flicker: [f64; 2],
     /// Mean FLIP difference from 256 samples a pixel.
     pub error: [f64; 2],
@@ -73,13 +73,14 @@ pub fn measure(
             }
             flicker[which] /= f64::from(frames);
             let hits = renderer.statistics(&view.frame(0)).hits.max(1);
+            // The first frame warms up.
             let median = Summary::of(&times[1..]).map_or(0.0, |summary| summary.median);
             time[which] = 1e6 * median / hits as f64;
         }
         progress("reference", share(0.5));
         let [start, end] = [0, 1].map(|step| {
             let frame = finer(&view.frame(step), REFERENCE);
-            let words = CpuRenderer::new(prepared[0]).color(&frame)?;
+            let words = renderers[0].color(&frame)?;
             Picture::develop(&words, REFERENCE, &prepared[0].development)
         });
         let (start, end) = (start?, end?);

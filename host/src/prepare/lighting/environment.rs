@@ -1,6 +1,6 @@
 //! The environment: irradiance as spherical harmonics, and levels of growing roughness.
 
-use super::pictures::{Encoding, linear};
+use super::pictures::{Encoding, halve, linear};
 use crate::Error;
 use crate::limits::Account;
 use crate::scene::{Environment, Scene};
@@ -76,7 +76,7 @@ impl Panorama {
         }
         let mut levels = vec![picture];
         while let Some(last) = levels.last().filter(|last| last.height() > 8) {
-            levels.push(halved(last));
+            levels.push(halve(last));
         }
         Panorama {
             levels,
@@ -107,19 +107,6 @@ impl Panorama {
         let row = |y: f64| pixel(low.x, y).lerp(pixel(low.x + 1.0, y), rest.x);
         row(low.y).lerp(row(low.y + 1.0), rest.y)
     }
-}
-
-/// Returns `picture` with half as many rows and columns, each pixel the mean of four. The
-/// filters of the library limit it to 1.
-fn halved(picture: &Rgba32FImage) -> Rgba32FImage {
-    let (width, height) = picture.dimensions();
-    Rgba32FImage::from_fn((width / 2).max(1), height / 2, |x, y| {
-        let at = |dx: u32, dy: u32| picture.get_pixel((2 * x + dx).min(width - 1), 2 * y + dy).0;
-        let four = [at(0, 0), at(1, 0), at(0, 1), at(1, 1)];
-        image::Rgba(std::array::from_fn(|channel| {
-            0.25 * four.iter().map(|pixel| pixel[channel]).sum::<f32>()
-        }))
-    })
 }
 
 /// Light from a direction, the mean over about as many radians.

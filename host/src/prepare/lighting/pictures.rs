@@ -94,9 +94,9 @@ pub(super) fn linear(picture: DynamicImage, encoding: Encoding) -> Rgba32FImage 
     pixels
 }
 
-/// Returns the next level of `picture`, whose texels are the means of the areas that they cover: other
-/// filters reach beyond the edges, where pictures repeat.
-fn halve(picture: &Rgba32FImage) -> Rgba32FImage {
+/// Returns the next level of `picture`, whose texels are the means of the areas that they cover. The
+/// filters of the library limit light to 1, and reach beyond the edges, where pictures repeat.
+pub(super) fn halve(picture: &Rgba32FImage) -> Rgba32FImage {
     let (width, height) = picture.dimensions();
     let (columns, rows) = (halved(width), halved(height));
     // Up to three texels along each axis, with their shares.

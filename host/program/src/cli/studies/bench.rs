@@ -5,7 +5,7 @@ use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
 use crate::cli::say;
-use crate::cli::session::{load, load_with};
+use crate::cli::session::{Loaded, load, load_with};
 use anyhow::bail;
 use clap::Args;
 use relievo::Error;
@@ -143,6 +143,19 @@ fn scene(
     }
 }
 
+/// Loads the scene at `path` without and with smooth edges.
+fn without_and_with_smooth_edges(
+    path: &Path,
+    arguments: &BenchSceneArguments,
+) -> Result<[Loaded; 2], Error> {
+    let loaded = |is_smooth| {
+        load_with(path, arguments.size, &arguments.limits.limits(), |scene| {
+            scene.smooth_edges = is_smooth;
+        })
+    };
+    Ok([loaded(false)?, loaded(true)?])
+}
+
 /// `relievo bench edges`.
 pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
     let found = measured_adapter(Measured::Both, arguments.adapter.as_deref())?;
@@ -154,12 +167,8 @@ pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
         edges::REFERENCE.pow(2)
     ))?;
     for path in &arguments.scenes {
-        let loaded = |is_smooth| {
-            load_with(path, arguments.size, &arguments.limits.limits(), |scene| {
-                scene.smooth_edges = is_smooth;
-            })
-        };
-        let (plain, smooth) = (loaded(false)?.prepared, loaded(true)?.prepared);
+        let [plain, smooth] = without_and_with_smooth_edges(path, arguments)?;
+        let (plain, smooth) = (plain.prepared, smooth.prepared);
         let renderer = |scene| {
             found
                 .as_ref()
@@ -203,17 +212,15 @@ pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
 /// `relievo bench distance`.
 pub fn distance(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
     say(format_args!(
-        "CPU, a camera that moves by {} pixels a frame; without and with smooth edges: FLIP from frame to frame less that of {} samples a pixel, FLIP from these, microseconds a pixel that is hit",
+        "on the CPU, each number without and with smooth edges\n\
+         flicker: FLIP between frames of a camera that moves by {} pixels a frame, minus that of {samples} samples a pixel\n\
+         error: FLIP from {samples} samples a pixel\n\
+         time: microseconds per pixel with a hit",
         distance::STEP,
-        distance::REFERENCE.pow(2)
+        samples = distance::REFERENCE.pow(2)
     ))?;
     for path in &arguments.scenes {
-        let loaded = |is_smooth| {
-            load_with(path, arguments.size, &arguments.limits.limits(), |scene| {
-                scene.smooth_edges = is_smooth;
-            })
-        };
-        let (plain, smooth) = (loaded(false)?, loaded(true)?);
+        let [plain, smooth] = without_and_with_smooth_edges(path, arguments)?;
         let rows = {
             let bar = Bar::new();
             let progress = |message: &str, fraction| bar.show(message.to_string(), fraction);
