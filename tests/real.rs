@@ -75,7 +75,7 @@ pub const VIEWS: [[f64; 3]; 3] = [[0.0; 3], [30.0, 45.0, 0.0], [-25.0, 20.0, 140
 const INNER: i32 = 6;
 
 /// Files that cannot be drawn: part of the name, and of the error.
-const FAULTS: [(&str, &str); 20] = [
+const FAULTS: [(&str, &str); 19] = [
     (
         "/OBJ/number_formats.obj",
         "`3.1+e2` in vertex 8 is not a number",
@@ -105,7 +105,6 @@ const FAULTS: [(&str, &str); 20] = [
         "/glTF2/TestNoRootNode/SceneWithoutNodes.gltf",
         "missing field `nodes`",
     ),
-    ("/glTF2/draco/", "KHR_draco_mesh_compression"),
     (
         "/glTF2/glTF-Asset-Generator/Mesh_PrimitiveMode/",
         "has no faces",
@@ -357,7 +356,9 @@ fn every_mesh_is_carved_as_the_oracle_says() {
     // Equal meshes are compared once.
     let mut others: Vec<(PathBuf, Mesh)> = Vec::new();
     for (path, mesh) in loaded_meshes() {
-        let is_named = PROMISES.iter().any(|promise| path.ends_with(promise.name));
+        // One of the named ones is there twice, compressed, too.
+        let named = |promise: &Promise| path.file_stem() == Path::new(promise.name).file_stem();
+        let is_named = PROMISES.iter().any(named);
         let mut earlier = others.iter().map(|(_, other)| other);
         if !is_named && earlier.all(|other| other.triangles != mesh.triangles) {
             others.push((path, mesh));

@@ -185,7 +185,7 @@ pub static LIGHT: &[Key<Scene>] = &[
 pub static OBJECT: &[Key<SceneObject>] = &[
     key!(SceneObject, "name", name: String, "Name in messages and in the viewer.")
         .default("the mesh file's"),
-    key!(SceneObject, "mesh", mesh: MeshSource, "Wavefront OBJ, or glTF 2.0 (`.gltf`, `.glb`): the triangles of its default scene.")
+    key!(SceneObject, "mesh", mesh: MeshSource, "Wavefront OBJ, or glTF 2.0 (`.gltf`, `.glb`), also compressed by Draco or meshoptimizer: the triangles of its default scene.")
         .required(),
     key!(SceneObject, "parts", parts: Vec<String>, "Names of the materials of the mesh file (`usemtl` of OBJ, materials of glTF) whose triangles are drawn, so that each part of a mesh may have its own pattern ([parts](#parts)).")
         .default("all"),

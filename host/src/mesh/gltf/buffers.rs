@@ -1,6 +1,7 @@
 //! The contents of buffers and pictures: in the binary chunk, as data URLs, or in other files.
 
 use std::borrow::Cow;
+use std::collections::BTreeMap;
 use std::io::ErrorKind;
 use std::path::Path;
 
@@ -8,37 +9,22 @@ use data_url::DataUrl;
 use gltf::Document;
 use gltf::buffer::{Source, View};
 
-use super::super::error::MeshError;
-use super::problem::Problem;
+use super::meshopt::CompressedView;
+use super::problem::{BufferError, Problem};
 use crate::Files;
 
 /// The contents of the buffers that are used.
-pub(super) struct Buffers<'a>(Vec<Option<Cow<'a, [u8]>>>);
-
-pub(super) enum BufferError {
-    Problem(Problem),
-    TooLarge,
-}
-
-impl BufferError {
-    /// Returns the error of the mesh at `path`, which may have `limit` bytes.
-    pub fn of_mesh(self, path: &Path, limit: u64) -> MeshError {
-        let path = path.to_owned();
-        match self {
-            BufferError::Problem(Problem(problem)) => MeshError::Invalid { path, problem },
-            BufferError::TooLarge => MeshError::TooLarge { path, limit },
-        }
-    }
-}
-
-impl<T: Into<Problem>> From<T> for BufferError {
-    fn from(problem: T) -> BufferError {
-        BufferError::Problem(problem.into())
-    }
+pub(super) struct Buffers<'a> {
+    contents: Vec<Option<Cow<'a, [u8]>>>,
+    /// Those of compressed views, by index.
+    decoded: BTreeMap<usize, Vec<u8>>,
+    /// How many bytes more may be read or decoded.
+    pub left: u64,
 }
 
 impl<'a> Buffers<'a> {
-    /// Reads the buffers that `views` show, at most `limit` bytes in total.
+    /// Reads the buffers that `views` show, and decodes compressed views: at most `limit` bytes in
+    /// total.
     pub fn load<'v>(
         document: &Document,
         views: impl Iterator<Item = View<'v>>,
@@ -48,8 +34,18 @@ impl<'a> Buffers<'a> {
         mut limit: u64,
     ) -> Result<Buffers<'a>, BufferError> {
         let mut is_read = vec![false; document.buffers().len()];
+        let mut compressed = BTreeMap::new();
         for view in views {
-            is_read[view.buffer().index()] = true;
+            let buffer = match CompressedView::of(&view)? {
+                None => view.buffer().index(),
+                Some(content) => {
+                    let buffer = content.buffer;
+                    compressed.insert(view.index(), content);
+                    buffer
+                }
+            };
+            let is_read = is_read.get_mut(buffer);
+            *is_read.ok_or_else(|| format!("has no buffer {buffer}; export it again"))? = true;
         }
         let mut contents = Vec::with_capacity(is_read.len());
         for (buffer, is_read) in document.buffers().zip(is_read) {
@@ -82,12 +78,26 @@ impl<'a> Buffers<'a> {
             }
             contents.push(Some(content));
         }
-        Ok(Buffers(contents))
+        let mut decoded = BTreeMap::new();
+        for (index, view) in compressed {
+            let content = contents[view.buffer].as_deref().unwrap_or_default();
+            let content = view.decode(content, limit)?;
+            limit -= content.len() as u64;
+            decoded.insert(index, content);
+        }
+        Ok(Buffers {
+            contents,
+            decoded,
+            left: limit,
+        })
     }
 
     /// Returns the bytes of a view.
     pub fn view(&self, view: &View<'_>) -> Result<&[u8], Problem> {
-        let content = self.0.get(view.buffer().index());
+        if let Some(content) = self.decoded.get(&view.index()) {
+            return Ok(content);
+        }
+        let content = self.contents.get(view.buffer().index());
         let content = content.and_then(|content| content.as_deref());
         let end = view.offset().checked_add(view.length());
         end.and_then(|end| content?.get(view.offset()..end))

@@ -8,6 +8,7 @@ use gltf::{Document, Semantic};
 
 use super::super::error::MeshError;
 use super::problem::Problem;
+use super::{draco, meshopt};
 
 /// First bytes of a binary file.
 pub(super) const MAGIC: &[u8] = b"glTF";
@@ -96,20 +97,18 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Problem> {
 fn document(json: &[u8]) -> Result<Document, Problem> {
     let mut root: Root = gltf::json::deserialize::from_slice(json)
         .map_err(|error| format!("is not a glTF 2.0 file ({error}); export it again"))?;
+    let is_decoded = |name: &str| name == draco::NAME || meshopt::NAMES.contains(&name);
     if let Some(name) = root
         .extensions_required
         .iter()
-        .find(|name| !HARMLESS.iter().any(|harmless| name.starts_with(harmless)))
+        .find(|name| !is_decoded(name) && !HARMLESS.iter().any(|it| name.starts_with(it)))
     {
-        let way_out = match name.as_str() {
-            "KHR_draco_mesh_compression" | "EXT_meshopt_compression" => {
-                "is compressed; export it without compression"
-            }
-            _ => "cannot be read; export it without",
-        };
-        return Err(format!("needs the extension {name:?}, with which it {way_out}").into());
+        return Err(format!(
+            "needs the extension {name:?}, with which it cannot be read; export it without"
+        )
+        .into());
     }
-    // The remaining ones do not affect positions.
+    // The remaining ones do not affect positions, or are decoded.
     root.extensions_required.clear();
     // The crate's validation assumes that these are in range.
     let positions = Checked::Valid(Semantic::Positions);

@@ -1,21 +1,25 @@
 //! The materials of a file.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
+use gltf::accessor::DataType;
 use gltf::image::Source;
 use gltf::json::Value;
 use gltf::material::AlphaMode;
 use gltf::texture::Info;
-use gltf::{Document, Material};
+use gltf::{Document, Material, Primitive, Semantic};
 
 use super::super::error::MeshError;
 use super::super::material::{MeshMaterial, MeshMaterials, Placed};
-use super::buffers::{BufferError, Buffers, Kind, content};
+use super::buffers::{Buffers, Kind, content};
 use super::document::open;
 use super::parts::{Part, parts};
-use super::problem::Problem;
+use super::problem::{BufferError, Problem};
 use crate::Files;
+
+/// The extension that places pictures.
+const TRANSFORM: &str = "KHR_texture_transform";
 
 /// The materials that primitives have, in the order of their first use.
 #[derive(Default)]
@@ -60,6 +64,43 @@ pub(super) fn name_of(material: &Material<'_>) -> String {
     }
 }
 
+/// Returns how the pictures of `material` lie, as the first one says.
+fn placed(material: &Material<'_>) -> Placed {
+    let plain = material.pbr_metallic_roughness();
+    let glossy = material.pbr_specular_glossiness();
+    let glossy = glossy.and_then(|glossy| glossy.diffuse_texture());
+    let by_info = |info: Info<'_>| placed_by(info.extension_value(TRANSFORM));
+    glossy
+        .map(by_info)
+        .or(plain.base_color_texture().map(by_info))
+        .or(plain.metallic_roughness_texture().map(by_info))
+        .or(material
+            .normal_texture()
+            .map(|normal| placed_by(normal.extension_value(TRANSFORM))))
+        .or(material.emissive_texture().map(by_info))
+        .unwrap_or(Placed::PLAIN)
+}
+
+/// Returns what a KHR_texture_transform says.
+fn placed_by(transform: Option<&Value>) -> Placed {
+    let pair = |key: &str, default: [f32; 2]| {
+        let number = |index: usize| Some(transform?.get(key)?.get(index)?.as_f64()? as f32);
+        [0, 1].map(|index| number(index).unwrap_or(default[index]))
+    };
+    Placed {
+        scale: pair("scale", [1.0; 2]),
+        offset: pair("offset", [0.0; 2]),
+    }
+}
+
+/// Returns what restores the texture coordinates of a primitive that are whole numbers: the
+/// transform of its pictures, as files with KHR_mesh_quantization have it.
+pub(super) fn restored(primitive: &Primitive<'_>) -> Option<Placed> {
+    let accessor = primitive.get(&Semantic::TexCoords(0))?;
+    let at = placed(&primitive.material());
+    (accessor.data_type() != DataType::F32 && at != Placed::PLAIN).then_some(at)
+}
+
 /// Returns the materials of a file in the order of
 /// [`Mesh::materials`](super::super::Mesh::materials). Pictures are read from `files`, relative
 /// to the folder of `path`.
@@ -86,8 +127,14 @@ pub(in super::super) fn materials(
         limit: byte_limit.saturating_sub(bytes.len() as u64),
         found: MeshMaterials::default(),
     };
+    // Of those, the pictures lie as the texture coordinates do.
+    let are_restored: HashSet<Option<usize>> = parts
+        .iter()
+        .filter(|part| restored(&part.primitive).is_some())
+        .map(|part| part.primitive.material().index())
+        .collect();
     for material in Used::by(&parts).materials {
-        let read = reader.material(&material);
+        let read = reader.material(&material, are_restored.contains(&material.index()));
         let read = read.map_err(|error| error.of_mesh(path, byte_limit))?;
         reader.found.materials.push(read);
     }
@@ -105,7 +152,13 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn material(&mut self, material: &Material<'_>) -> Result<MeshMaterial, BufferError> {
+    /// Reads `material`, whose texture coordinates have the transform of its pictures already if
+    /// `are_restored`.
+    fn material(
+        &mut self,
+        material: &Material<'_>,
+        are_restored: bool,
+    ) -> Result<MeshMaterial, BufferError> {
         let name = name_of(material);
         let plain = material.pbr_metallic_roughness();
         let strength = material.emissive_strength().unwrap_or(1.0);
@@ -141,9 +194,8 @@ impl Reader<'_> {
         }
         if let Some(normal) = material.normal_texture() {
             read.normal_scale = normal.scale();
-            let transform = normal.extension_value("KHR_texture_transform");
-            let (set, at) = self.transform_of(transform, &name);
-            let set = set.unwrap_or(u64::from(normal.tex_coord()));
+            let transform = normal.extension_value(TRANSFORM);
+            let (set, at) = self.transform_of(transform, normal.tex_coord(), &name);
             if self.can_place(set, at, &name, &mut placed) {
                 read.normal_picture = self.image(&normal.texture(), &name)?;
             }
@@ -155,6 +207,7 @@ impl Reader<'_> {
                 read.emission = [0.0; 3];
             }
         }
+        let placed = placed.filter(|_| !are_restored);
         let Placed { scale, offset } = placed.unwrap_or(Placed::PLAIN);
         read.tiles = scale;
         // Ours begins at the lower end, where v is 1.
@@ -178,41 +231,29 @@ impl Reader<'_> {
         material: &str,
         placed: &mut Option<Placed>,
     ) -> Result<Option<usize>, BufferError> {
-        let (mut set, mut at) = (info.tex_coord(), Placed::PLAIN);
-        if let Some(transform) = info.texture_transform() {
-            set = transform.tex_coord().unwrap_or(set);
-            at.scale = transform.scale();
-            at.offset = transform.offset();
-            if transform.rotation() != 0.0 {
-                self.found.leave(material, "turns of pictures");
-            }
-        }
-        match self.can_place(u64::from(set), at, material, placed) {
+        let transform = info.extension_value(TRANSFORM);
+        let (set, at) = self.transform_of(transform, info.tex_coord(), material);
+        match self.can_place(set, at, material, placed) {
             true => self.image(&info.texture(), material),
             false => Ok(None),
         }
     }
 
-    /// Returns the set of texture coordinates that the transform of a texture names, and how it
-    /// places the picture.
-    fn transform_of(&mut self, transform: Option<&Value>, material: &str) -> (Option<u64>, Placed) {
-        let Some(transform) = transform else {
-            return (None, Placed::PLAIN);
-        };
-        let pair = |key: &str, default: [f32; 2]| {
-            let number = |index: usize| Some(transform.get(key)?.get(index)?.as_f64()? as f32);
-            [0, 1].map(|index| number(index).unwrap_or(default[index]))
-        };
-        let turn = transform.get("rotation").and_then(Value::as_f64);
+    /// Returns the set of texture coordinates of a texture, which is `set` unless its transform
+    /// names one, and how it places the picture.
+    fn transform_of(
+        &mut self,
+        transform: Option<&Value>,
+        set: u32,
+        material: &str,
+    ) -> (u64, Placed) {
+        let number = |key| transform.and_then(|transform| transform.get(key));
+        let turn = number("rotation").and_then(Value::as_f64);
         if turn.is_some_and(|turn| turn != 0.0) {
             self.found.leave(material, "turns of pictures");
         }
-        let set = transform.get("texCoord").and_then(Value::as_u64);
-        let placed = Placed {
-            scale: pair("scale", [1.0; 2]),
-            offset: pair("offset", [0.0; 2]),
-        };
-        (set, placed)
+        let named = number("texCoord").and_then(Value::as_u64);
+        (named.unwrap_or(u64::from(set)), placed_by(transform))
     }
 
     /// Returns whether a picture with the texture coordinates `set` can lie as it should.

@@ -5,8 +5,12 @@
 //! counts that a file claims.
 
 mod buffers;
+#[cfg(test)]
+mod compressed_tests;
 mod document;
+mod draco;
 mod materials;
+mod meshopt;
 mod numbers;
 mod parts;
 mod problem;
@@ -27,7 +31,7 @@ use document::{MAGIC, open};
 pub(super) use materials::materials;
 use materials::{Used, name_of};
 use parts::{Part, parts};
-use problem::Problem;
+use problem::{BufferError, Problem};
 
 /// Returns whether a file is glTF, by its first bytes or its extension.
 pub(super) fn is_gltf(bytes: &[u8], path: &Path) -> bool {
@@ -106,7 +110,13 @@ pub(super) fn parse(
     let has_normals = lacking(Semantic::Normals).is_none();
     for part in &parts {
         part.append(&buffers, has_normals, &mut mesh)
-            .map_err(|Problem(problem)| failure(format!("{}: {problem}", part.name).into()))?;
+            .map_err(|error| match error {
+                BufferError::Problem(Problem(problem)) => {
+                    BufferError::Problem(format!("{}: {problem}", part.name).into())
+                }
+                too_large => too_large,
+            })
+            .map_err(|error| error.of_mesh(path, options.byte_limit))?;
         if !mesh.materials.is_empty() {
             let material = materials.index(&part.primitive.material());
             mesh.material_of.resize(mesh.triangles.len(), material);

@@ -98,6 +98,24 @@ impl<'a> Numbers<'a> {
         })
     }
 
+    /// Returns those of `bytes`: `count` elements of `components` numbers each, one after the other.
+    pub fn packed(
+        bytes: &'a [u8],
+        count: usize,
+        kind: DataType,
+        components: usize,
+        is_normalized: bool,
+    ) -> Numbers<'a> {
+        let stride = components * kind.size();
+        Numbers {
+            count,
+            kind,
+            is_normalized,
+            base: Some(Run { bytes, stride }),
+            sparse: None,
+        }
+    }
+
     /// Returns the element at `index`.
     pub fn get<const N: usize>(&self, index: usize) -> Result<[f64; N], Problem> {
         if index >= self.count {

@@ -6,7 +6,15 @@ use gltf::mesh::Mode;
 use gltf::scene::Transform;
 use gltf::{Accessor, Document, Mesh, Node, Primitive, Semantic};
 
+use super::draco::Draco;
 use super::problem::Problem;
+
+/// Attributes that are read.
+const READ: [Semantic; 3] = [
+    Semantic::Positions,
+    Semantic::Normals,
+    Semantic::TexCoords(0),
+];
 
 /// Maximum depth of the node tree.
 const DEEPEST: usize = 4096;
@@ -16,6 +24,8 @@ pub(super) struct Part<'a> {
     pub primitive: Primitive<'a>,
     /// Transform to the scene; `None` for the identity.
     pub transform: Option<DMat4>,
+    /// Its geometry, if it is compressed.
+    pub draco: Option<Draco<'a>>,
     /// Name in messages.
     pub name: String,
 }
@@ -68,9 +78,13 @@ pub(super) fn parts(document: &Document) -> Result<Vec<Part<'_>>, Problem> {
                     continue;
                 }
                 is_posed |= is_skinned || primitive.morph_targets().len() > 0;
+                let name = part_name(&mesh, &primitive);
+                let draco = Draco::of(document, &primitive, &READ)
+                    .map_err(|Problem(problem)| format!("{name}: {problem}"))?;
                 parts.push(Part {
-                    name: part_name(&mesh, &primitive),
+                    name,
                     primitive,
+                    draco,
                     transform,
                 });
             }
@@ -115,6 +129,14 @@ fn transform(node: &Node<'_>) -> Option<DMat4> {
 }
 
 impl Part<'_> {
+    /// Returns how its corners follow each other: compressed geometry is a list of triangles.
+    pub fn mode(&self) -> Mode {
+        match self.draco {
+            None => self.primitive.mode(),
+            Some(_) => Mode::Triangles,
+        }
+    }
+
     /// Returns the number of corners of the triangles.
     fn corner_count(&self) -> Result<usize, Problem> {
         let positions = self.primitive.get(&Semantic::Positions);
@@ -125,7 +147,7 @@ impl Part<'_> {
 
     pub fn triangle_count(&self) -> Result<usize, Problem> {
         let corners = self.corner_count()?;
-        match self.primitive.mode() {
+        match self.mode() {
             Mode::Triangles if corners % 3 != 0 => Err(format!(
                 "{}: {corners} corners are not a multiple of 3; export it again",
                 self.name
@@ -138,24 +160,21 @@ impl Part<'_> {
 
     /// Returns the buffer views that are read.
     pub fn views(&self) -> impl Iterator<Item = View<'_>> {
-        self.accessors().flat_map(|accessor| {
+        let views = self.accessors().flat_map(|accessor| {
             let sparse = accessor.sparse();
             let sparse = sparse.map(|sparse| [sparse.indices().view(), sparse.values().view()]);
             sparse.into_iter().flatten().chain(accessor.view())
-        })
+        });
+        views.chain(self.draco.as_ref().map(|draco| draco.view.clone()))
     }
 
     /// Returns the accessors that are read.
     fn accessors(&self) -> impl Iterator<Item = Accessor<'_>> {
-        let streams = [
-            Semantic::Positions,
-            Semantic::Normals,
-            Semantic::TexCoords(0),
-        ];
-        let streams = streams.map(|semantic| self.primitive.get(&semantic));
-        streams
-            .into_iter()
-            .chain([self.primitive.indices()])
-            .flatten()
+        let draco = self.draco.as_ref();
+        let is_read = move |semantic: &&Semantic| draco.is_none_or(|draco| !draco.has(semantic));
+        let streams = READ.iter().filter(is_read);
+        let streams = streams.filter_map(|semantic| self.primitive.get(semantic));
+        let indices = self.primitive.indices();
+        streams.chain(indices.filter(|_| draco.is_none()))
     }
 }

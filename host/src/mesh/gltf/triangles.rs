@@ -7,11 +7,13 @@ use gltf::Semantic;
 use gltf::accessor::{DataType, Dimensions};
 use gltf::mesh::Mode;
 
+use super::super::material::Placed;
 use super::super::raw::{Corner, LARGEST_NUMBER, RawMesh};
 use super::buffers::Buffers;
+use super::materials::restored;
 use super::numbers::Numbers;
 use super::parts::Part;
-use super::problem::Problem;
+use super::problem::{BufferError, Problem};
 
 impl Part<'_> {
     /// Adds the triangles to `mesh`.
@@ -20,12 +22,24 @@ impl Part<'_> {
         buffers: &Buffers<'_>,
         has_normals: bool,
         mesh: &mut RawMesh,
-    ) -> Result<(), Problem> {
-        let stream = |semantic: &Semantic, dimensions, what| {
-            let accessor = self.primitive.get(semantic);
-            accessor
-                .map(|accessor| Numbers::new(&accessor, dimensions, buffers, what))
-                .transpose()
+    ) -> Result<(), BufferError> {
+        let decoded = match &self.draco {
+            None => None,
+            Some(draco) => {
+                let payload = buffers.view(&draco.view)?;
+                Some(draco.decode(payload, buffers.left)?)
+            }
+        };
+        let stream = |semantic: &Semantic, dimensions, what| -> Result<_, Problem> {
+            let Some(accessor) = self.primitive.get(semantic) else {
+                return Ok(None);
+            };
+            if let Some(decoded) = &decoded
+                && let Some(numbers) = decoded.attribute(semantic, &accessor, dimensions)?
+            {
+                return Ok(Some(numbers));
+            }
+            Numbers::new(&accessor, dimensions, buffers, what).map(Some)
         };
         let positions = stream(&Semantic::Positions, Dimensions::Vec3, "positions")?
             .ok_or("has no positions; export it with them")?;
@@ -41,10 +55,14 @@ impl Part<'_> {
             )?,
             Some(_) => None,
         };
-        let indices = self.primitive.indices();
-        let indices = indices
-            .map(|accessor| Numbers::new(&accessor, Dimensions::Scalar, buffers, "indices"))
-            .transpose()?;
+        let indices = match (&decoded, self.primitive.indices()) {
+            (Some(decoded), _) => decoded.indices(),
+            (None, None) => None,
+            (None, Some(accessor)) => {
+                let dimensions = Dimensions::Scalar;
+                Some(Numbers::new(&accessor, dimensions, buffers, "indices")?)
+            }
+        };
         if let Some(indices) = &indices
             && !matches!(indices.kind, DataType::U8 | DataType::U16 | DataType::U32)
         {
@@ -71,6 +89,7 @@ impl Part<'_> {
             let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
             if is_mirrored { -cofactors } else { cofactors }
         });
+        let restored = restored(&self.primitive);
         let mut known: HashMap<usize, u32> = HashMap::new();
         let mut corner = |number: usize| -> Result<Corner, Problem> {
             let vertex = match &indices {
@@ -114,6 +133,13 @@ impl Part<'_> {
                     }
                     if let Some(uvs) = &uvs {
                         let [u, v] = uvs.get(vertex)?;
+                        let [u, v] = match restored {
+                            None => [u, v],
+                            Some(Placed { scale, offset }) => [
+                                u * f64::from(scale[0]) + f64::from(offset[0]),
+                                v * f64::from(scale[1]) + f64::from(offset[1]),
+                            ],
+                        };
                         // v points up, as in OBJ files.
                         let uv = DVec2::new(u, 1.0 - v);
                         if !(uv.abs().max_element() <= LARGEST_NUMBER && uv.is_finite()) {
@@ -135,7 +161,7 @@ impl Part<'_> {
             })
         };
         for triangle in 0..self.triangle_count()? {
-            let numbers = match self.primitive.mode() {
+            let numbers = match self.mode() {
                 Mode::TriangleStrip if triangle % 2 == 1 => [triangle, triangle + 2, triangle + 1],
                 Mode::TriangleStrip => [triangle, triangle + 1, triangle + 2],
                 Mode::TriangleFan => [0, triangle + 1, triangle + 2],
