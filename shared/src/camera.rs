@@ -16,7 +16,7 @@
 //! assert_eq!(reversed_depth(&frame, direction, 0.2), 0.5);
 //! ```
 
-use crate::arithmetic::{div, normalize_or};
+use crate::arithmetic::{div, kept, min, normalize_or};
 use crate::layout::{Frame, vec3};
 use crate::{Real, Vec3};
 
@@ -43,6 +43,23 @@ pub fn reversed_depth(frame: &Frame, direction: Vec3, t: Real) -> Real {
     let z = t * direction.dot(vec3(frame.forward));
     // Behind or at the eye: in front of every near plane.
     if z > 1e-18 { div(frame.near, z) } else { 2.0 }
+}
+
+/// Returns the sides of what the pixel of the ray along `direction` covers on the plane through
+/// the ray's point at distance `t`, to the right and down. The plane has the unit `normal`, and at
+/// least `least_cosine` between it and the direction to the eye.
+#[inline]
+pub fn on_plane(
+    frame: &Frame,
+    direction: Vec3,
+    t: Real,
+    normal: Vec3,
+    least_cosine: Real,
+) -> [Vec3; 2] {
+    let depth = t * direction.dot(vec3(frame.forward));
+    let inverse = div(1.0, min(kept(normal.dot(direction)), -least_cosine));
+    let along = |step: Vec3| (step - direction * (kept(normal.dot(step)) * inverse)) * depth;
+    [along(vec3(frame.ray_right)), along(vec3(frame.ray_down))]
 }
 
 #[cfg(test)]

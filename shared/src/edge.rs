@@ -3,8 +3,8 @@
 //! A cap ends at its outline, a floor at the foot of the sides, and a side at the cap. The
 //! distance map tells how far that is, and the tangent plane how many pixels that are.
 
-use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
-use crate::layout::vec3;
+use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
+use crate::camera::on_plane;
 use crate::model::{Hit, Normals, Ray};
 use crate::normals::{CLASS_CAP, CLASS_FLOOR};
 use crate::profile::Profile;
@@ -16,6 +16,8 @@ pub const FAR_AWAY: u32 = 127;
 const LAST_TURN: u32 = 63;
 /// Steps of a pixel.
 const STEPS: Real = 126.0;
+/// Least cosine between a surface and the direction to the eye.
+const LEAST_COSINE: Real = 1e-3;
 /// Steps of a quarter turn.
 const TURNS: Real = 16.0;
 
@@ -66,13 +68,9 @@ pub fn codes(
     };
     let gradient = kept3(gradient);
     // How it changes from pixel to pixel on the tangent plane.
-    let depth = hit.t * direction.dot(vec3(frame.forward));
-    let facing = div(1.0, min(kept(normal.dot(direction)), -1e-3));
-    let change = |step: Vec3| {
-        let along = (step - direction * (kept(normal.dot(step)) * facing)) * depth;
-        kept(gradient.dot(kept3(along)))
-    };
-    let towards = -Vec2::new(change(vec3(frame.ray_right)), change(vec3(frame.ray_down)));
+    let [right, down] = on_plane(frame, direction, hit.t, normal, LEAST_COSINE);
+    let change = |side: Vec3| kept(gradient.dot(kept3(side)));
+    let towards = -Vec2::new(change(right), change(down));
     let rate = sqrt(kept(towards.dot(towards)));
     let pixels = max(div(kept(distance), max(rate, 1e-12)), 0.0);
     let steps = (clamp(pixels, 0.0, 2.0) * STEPS + 0.5) as u32;

@@ -128,8 +128,9 @@ pub const MARGIN: Real = 0.25;
 /// The outlines of prisms extend beyond it by this share of their size: rays may enter beside a
 /// prism's sides.
 const PRISM_MARGIN: Real = 0.02;
-/// Sine of the sharpest corner that is moved; sharper ones would move too far.
-const SHARPEST: Real = 0.15;
+/// Sine of the sharpest corner that is moved: at sharper ones, rounding errors of the sides'
+/// directions approach it.
+const SHARPEST: Real = 0.02;
 /// Largest coordinate, pixels: beyond, rounding errors approach the margin.
 const FURTHEST: Real = 16_384.0;
 
@@ -257,27 +258,33 @@ fn grown_triangle(
     let (ab, bc, ca) = (unit(b - a), unit(c - b), unit(a - c));
     let (at_a, at_b, at_c) = (sine(ca, ab), sine(ab, bc), sine(bc, ca));
     let reach = max(largest(a), max(largest(b), largest(c)));
+    let [by_ab, by_bc, by_ca] = beyond;
+    // The intersection of the two moved sides of a corner.
+    let grow = |corner: Vec2, before: (Vec2, Real), after: (Vec2, Real), sine: Real| {
+        let out = before.0 * after.1 - after.0 * before.1;
+        corner + out * div(1.0, max(sine, SHARPEST))
+    };
+    let (a, b, c) = (
+        grow(a, (ca, by_ca), (ab, by_ab), at_a),
+        grow(b, (ab, by_ab), (bc, by_bc), at_b),
+        grow(c, (bc, by_bc), (ca, by_ca), at_c),
+    );
+    // Where sharp corners move far, the triangle that is drawn around the rectangle may be
+    // smaller: it has twice the rectangle's area.
+    let sides = (rectangle.high - rectangle.low) * scale;
+    let is_smaller = sine(b - a, c - a) < 4.0 * (sides.x * sides.y);
     let grown = bounded
         && at_a > SHARPEST
         && at_b > SHARPEST
         && at_c > SHARPEST
         && reach < FURTHEST
-        && max(beyond[0], max(beyond[1], beyond[2])) < FURTHEST
-        && rectangle.low.x < rectangle.high.x;
+        && max(by_ab, max(by_bc, by_ca)) < FURTHEST
+        && rectangle.low.x < rectangle.high.x
+        && is_smaller;
     let pixel = Vec2::new(div(2.0, frame.size[0]), div(2.0, frame.size[1]));
-    let [by_ab, by_bc, by_ca] = beyond;
-    // The intersection of the two moved sides of a corner.
-    let grow = |corner: Vec2, before: (Vec2, Real), after: (Vec2, Real), sine: Real| {
-        let out = before.0 * after.1 - after.0 * before.1;
-        (corner + out * div(1.0, max(sine, SHARPEST))) * pixel
-    };
     Outline {
         grown,
-        corners: [
-            grow(a, (ca, by_ca), (ab, by_ab), at_a),
-            grow(b, (ab, by_ab), (bc, by_bc), at_b),
-            grow(c, (bc, by_bc), (ca, by_ca), at_c),
-        ],
+        corners: [a * pixel, b * pixel, c * pixel],
         rectangle,
     }
 }
@@ -293,7 +300,7 @@ fn unit(v: Vec2) -> Vec2 {
     }
 }
 
-/// Returns the sine of the angle from the unit vector `a` to the unit vector `b`.
+/// Returns the sine of the angle from `a` to `b`, times their lengths.
 #[inline]
 fn sine(a: Vec2, b: Vec2) -> Real {
     a.x * b.y - a.y * b.x

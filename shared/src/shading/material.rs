@@ -6,7 +6,8 @@ use super::image::{Footprint, sample_over};
 use super::layout::{
     FINISHES, FOLLOWS_MESH_EVERYWHERE, FOLLOWS_PATTERN, FacetMaterial, Finish, Material,
 };
-use crate::arithmetic::{clamp, div, kept, max, min, normalize_or, sqrt};
+use crate::arithmetic::{clamp, div, max, normalize_or, sqrt};
+use crate::camera::on_plane;
 use crate::gbuffer::Sample;
 use crate::layout::{Frame, vec2, vec3};
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL};
@@ -101,17 +102,6 @@ impl Coordinates {
     }
 }
 
-/// Returns the sides of what a pixel covers on the plane through the point at distance `t` with
-/// unit `normal`, world units: to the right and down.
-#[inline]
-pub fn covered(frame: &Frame, direction: Vec3, t: Real, normal: Vec3) -> [Vec3; 2] {
-    let depth = t * direction.dot(vec3(frame.forward));
-    let facing = min(kept(normal.dot(direction)), -LEAST_COSINE);
-    let inverse = div(1.0, facing);
-    let along = |step: Vec3| (step - direction * (kept(normal.dot(step)) * inverse)) * depth;
-    [along(vec3(frame.ray_right)), along(vec3(frame.ray_down))]
-}
-
 /// Returns where the pictures of `finish` lie at `hit`, seen along `direction`.
 ///
 /// On walls and bevels the first axis follows the outline, and the second one the depth, unless
@@ -146,7 +136,7 @@ pub fn coordinates<T: Texels + ?Sized>(
         (repeats, density)
     };
     let tiles = vec2(material.tiles);
-    let [right, down] = covered(frame, direction, hit.t, hit.normal);
+    let [right, down] = on_plane(frame, direction, hit.t, hit.normal, LEAST_COSINE);
     let across = second_axis(hit);
     let on_axes = |side: Vec3| Vec2::new(hit.tangent.dot(side), across.dot(side));
     // Where pictures follow the mesh on a side, their axes are not known.
@@ -159,7 +149,8 @@ pub fn coordinates<T: Texels + ?Sized>(
         let area = right.cross(down);
         Footprint::square(Vec2::splat(sqrt(sqrt(area.dot(area)))))
     };
-    let scale = density * tiles * div(1.0, max(hit.unit, 1e-12));
+    let per_unit = div(1.0, max(hit.unit, 1e-12));
+    let scale = density * tiles * per_unit;
     let found = Coordinates {
         at: at * tiles + vec2(material.offset),
         footprint: footprint.scaled(scale),
@@ -173,7 +164,7 @@ pub fn coordinates<T: Texels + ?Sized>(
             finish.cells.width as i32 as Real,
             finish.cells.height as i32 as Real,
         );
-        let scale = vec2(facet.density) * size * div(1.0, max(hit.unit, 1e-12));
+        let scale = vec2(facet.density) * size * per_unit;
         let width = footprint.scaled(scale).longest();
         let cells = div(width, max(finish.cell_width, 1e-6));
         // Cells that are smaller than a pixel are seen together.
