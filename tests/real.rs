@@ -356,9 +356,9 @@ fn every_mesh_is_carved_as_the_oracle_says() {
     // Equal meshes are compared once.
     let mut others: Vec<(PathBuf, Mesh)> = Vec::new();
     for (path, mesh) in loaded_meshes() {
-        // One of the named ones is there twice, compressed, too.
-        let named = |promise: &Promise| path.file_stem() == Path::new(promise.name).file_stem();
-        let is_named = PROMISES.iter().any(named);
+        let is_named = PROMISES.iter().any(|promise| path.ends_with(promise.name));
+        // The engine once more, compressed.
+        let is_named = is_named || path.ends_with("draco/2CylinderEngine.gltf");
         let mut earlier = others.iter().map(|(_, other)| other);
         if !is_named && earlier.all(|other| other.triangles != mesh.triangles) {
             others.push((path, mesh));

@@ -45,9 +45,9 @@ pub fn reversed_depth(frame: &Frame, direction: Vec3, t: Real) -> Real {
     if z > 1e-18 { div(frame.near, z) } else { 2.0 }
 }
 
-/// Returns the sides of what the pixel of the ray along `direction` covers on the plane through
-/// the ray's point at distance `t`, to the right and down. The plane has the unit `normal`, and at
-/// least `least_cosine` between it and the direction to the eye.
+/// Returns the sides of what the pixel of the ray along `direction` covers, to the right and down, on
+/// the plane with the unit `normal` through the ray's point at distance `t`. Smaller cosines between
+/// the normal and the direction to the eye count as `least_cosine`.
 #[inline]
 pub fn on_plane(
     frame: &Frame,

@@ -107,7 +107,8 @@ fn rectangle_of(frame: &Frame, projection: &Projection) -> Rectangle {
 }
 
 /// The shape that is rasterised for a triangle: the triangle grown by a margin, or its
-/// bounding rectangle if it is too thin or too large for that.
+/// bounding rectangle if it is too thin or too large for that, or if the grown triangle would be
+/// larger.
 ///
 /// Both contain every pixel whose ray can hit the triangle behind the near plane. With
 /// the exact test of [`crate::facet`] in the fragment shader, the picture does not
@@ -128,9 +129,11 @@ pub const MARGIN: Real = 0.25;
 /// The outlines of prisms extend beyond it by this share of their size: rays may enter beside a
 /// prism's sides.
 const PRISM_MARGIN: Real = 0.02;
-/// Sine of the sharpest corner that is moved: at sharper ones, rounding errors of the sides'
-/// directions approach it.
+/// Sine of the sharpest corner that is moved: at sharper ones, the rounding of short sides changes
+/// the sine noticeably.
 const SHARPEST: Real = 0.02;
+/// Sine of the corners that move so far that the rectangle may be the better outline.
+const SHARP: Real = 0.15;
 /// Largest coordinate, pixels: beyond, rounding errors approach the margin.
 const FURTHEST: Real = 16_384.0;
 
@@ -269,18 +272,16 @@ fn grown_triangle(
         grow(b, (ab, by_ab), (bc, by_bc), at_b),
         grow(c, (bc, by_bc), (ca, by_ca), at_c),
     );
-    // Where sharp corners move far, the triangle that is drawn around the rectangle may be
-    // smaller: it has twice the rectangle's area.
+    let sharpest = min(at_a, min(at_b, at_c));
+    // The triangle that is drawn around the rectangle has twice its area.
     let sides = (rectangle.high - rectangle.low) * scale;
     let is_smaller = sine(b - a, c - a) < 4.0 * (sides.x * sides.y);
     let grown = bounded
-        && at_a > SHARPEST
-        && at_b > SHARPEST
-        && at_c > SHARPEST
+        && sharpest > SHARPEST
+        && (sharpest > SHARP || is_smaller)
         && reach < FURTHEST
         && max(by_ab, max(by_bc, by_ca)) < FURTHEST
-        && rectangle.low.x < rectangle.high.x
-        && is_smaller;
+        && rectangle.low.x < rectangle.high.x;
     let pixel = Vec2::new(div(2.0, frame.size[0]), div(2.0, frame.size[1]));
     Outline {
         grown,

@@ -97,6 +97,60 @@ fn the_outline_of_a_plain_triangle_is_a_quarter_of_a_pixel_wider() {
     assert!(!outline(&frame, &object, &triangle(sliver)).grown);
 }
 
+/// Slivers in pictures of up to 8,192 pixels: pixels along their sides and at their tips. From
+/// about 13,000 on, the test of a ray against a sliver of two pixels is wrong by more than the
+/// margin.
+#[test]
+fn every_pixel_that_meets_a_sliver_lies_in_its_outline() {
+    let mut random = Random(3);
+    let (mut sharp, mut met) = (0, 0);
+    for _ in 0..20_000 {
+        let size = random.whole(500, 8_192);
+        let frame = frame(Vec3::ZERO, Vec3::NEG_Z, size, size, 0.5);
+        // Of a picture that is 1 wide at distance 1.
+        let (pixel, turn) = (
+            1.0 / f64::from(size),
+            random.within(0.0, std::f64::consts::TAU),
+        );
+        let length = random.magnitude(2.0 * pixel, 0.7);
+        let sine = random.magnitude(0.01, 0.3);
+        let tip = [0; 2].map(|_| random.within(-0.4, 0.4));
+        let at = |angle: f64, length: f64, distance: f64| {
+            let (x, y) = (tip[0] + angle.cos() * length, tip[1] + angle.sin() * length);
+            Vec3::new(x as f32, y as f32, -1.0) * distance as f32
+        };
+        let mut distance = || random.magnitude(0.5, 2.0);
+        let corners = [
+            at(0.0, 0.0, distance()),
+            at(turn, length, distance()),
+            at(turn + sine.asin(), 0.9 * length, distance()),
+        ];
+        let triangle = triangle(corners);
+        let outline = outline(&frame, &Object::default(), &triangle);
+        sharp += u32::from(outline.grown && sine < 0.15);
+        for _ in 0..40 {
+            // Near a corner, or near a side.
+            let near = random.magnitude(1e-4, 0.5) as f32;
+            let across = random.magnitude(1e-4, 1.0) as f32;
+            let [a, b, c] = corners;
+            let point = a + (b - a) * near + (c - b) * (near * across);
+            let place = |x: f32| (x / -point.z * size as f32 + 0.5 * size as f32) as i32;
+            let [x, y] = [place(point.x), place(-point.y)];
+            if x < 0 || y < 0 || x >= size as i32 || y >= size as i32 {
+                continue;
+            }
+            let direction = pixel_ray(&frame, x as u32, y as u32);
+            if facet::intersect(Vec3::ZERO, direction, &triangle).hit {
+                met += 1;
+                let centre = |i: i32| (i as f32 + 0.5) * (2.0 / size as f32) - 1.0;
+                let centre = Vec2::new(centre(x), -centre(y));
+                assert!(is_drawn(&outline, centre), "{size} {corners:?} {x} {y}");
+            }
+        }
+    }
+    assert!(sharp > 5_000 && met > 50_000, "{sharp} {met}");
+}
+
 fn point(random: &mut Random, size: f64) -> Vec3 {
     let mut number = || random.within(-size, size) as f32;
     Vec3::new(number(), number(), number())

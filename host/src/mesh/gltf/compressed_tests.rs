@@ -3,9 +3,10 @@
 use std::path::Path;
 
 use glam::DVec3;
+use serde_json::{Value, json};
 
 use super::parse;
-use super::tests::{message, options, read};
+use super::tests::{glb, message, options, read};
 use crate::Files;
 use crate::mesh::MeshError;
 use crate::mesh::raw::RawMesh;
@@ -100,6 +101,47 @@ fn texture_transforms_restore_coordinates_and_leave_pictures() {
     assert_eq!((material.tiles, material.offset), ([1.0; 2], [0.0, 1.0]));
 }
 
+/// Returns `file` with another description.
+fn changed(file: &[u8], change: impl Fn(&mut Value)) -> Vec<u8> {
+    let length = u32::from_le_bytes(file[12..16].try_into().unwrap()) as usize;
+    let (json, rest) = file[20..].split_at(length);
+    let mut json = serde_json::from_slice(json).unwrap();
+    change(&mut json);
+    glb(json.to_string().as_bytes(), &rest[8..])
+}
+
+/// A mesh that many nodes show is decoded once: the limit would not do for many.
+#[test]
+fn nodes_share_what_is_decoded() {
+    let file = changed(DRACO, |json| {
+        json["nodes"] = (0..4)
+            .map(|i| json!({"mesh": 0, "translation": [3 * i, 0, 0]}))
+            .collect();
+        json["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+    });
+    let (files, path) = (Files::memory([]), Path::new("a.glb"));
+    let mesh = parse(&files, &file, path, &options(20_000)).unwrap();
+    assert_eq!(mesh.triangles.len(), 4 * 384);
+    let right = mesh.positions.iter().map(|at| at.x).fold(0.0, f64::max);
+    assert!((right - 10.0).abs() < 1e-3, "{right}");
+}
+
+/// All primitives of a material take its transform, or none does.
+#[test]
+fn only_quantized_files_are_restored() {
+    let highest = |file: &[u8]| {
+        let mesh = read(file).unwrap();
+        mesh.uvs.iter().map(|uv| uv.x).fold(0.0, f64::max)
+    };
+    assert!((highest(QUANTIZED) - 1.0).abs() < TOLERANCE);
+    // Numbers of 16 bits that are normalized are plain glTF, too.
+    let plain = changed(QUANTIZED, |json| {
+        json["extensionsUsed"] = json!(["EXT_meshopt_compression", "KHR_texture_transform"]);
+        json["extensionsRequired"] = json!(["EXT_meshopt_compression"]);
+    });
+    assert!((highest(&plain) * 16.003664 - 1.0).abs() < TOLERANCE);
+}
+
 /// Returns `file` with `from` in its description replaced by `to`, which is as long.
 fn with(file: &[u8], from: &str, to: &str) -> Vec<u8> {
     assert_eq!(from.len(), to.len());
@@ -119,7 +161,7 @@ fn mistakes_are_told() {
             MESHOPT,
             "\"TRIANGLES\"",
             "\"TRIANGLED\"",
-            "buffer view 3, KHR_meshopt_compression",
+            "compressed buffer view 3",
         ),
         (MESHOPT, "\"buffer\":0,", "\"buffer\":7,", "has no buffer 7"),
         (
@@ -138,8 +180,9 @@ fn mistakes_are_told() {
             MESHOPT,
             "\"count\":245}}",
             "\"count\":-45}}",
-            "count is not a whole number",
+            "count is -45, no whole number",
         ),
+        (DRACO, "\"mode\":4", "\"mode\":5", "a strip or a fan"),
         (
             DRACO,
             "\"bufferView\":0,\"at",

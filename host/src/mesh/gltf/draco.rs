@@ -1,13 +1,19 @@
 //! Primitives with KHR_draco_mesh_compression, which `draco-gltf` decodes.
 
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+
 use draco_gltf::{
     ComponentType, DecodeLimits, DracoPrimitiveContract, DracoPrimitiveExtension, JsonValue,
     PackedAttribute, PackedGeometry,
 };
 use gltf::accessor::{DataType, Dimensions};
 use gltf::buffer::View;
+use gltf::json::Value;
+use gltf::mesh::Mode;
 use gltf::{Accessor, Document, Primitive, Semantic};
 
+use super::buffers::Buffers;
 use super::numbers::Numbers;
 use super::problem::{BufferError, Problem, whole_number};
 
@@ -18,40 +24,49 @@ pub(super) const NAME: &str = "KHR_draco_mesh_compression";
 pub(super) struct Draco<'a> {
     /// Where it lies.
     pub view: View<'a>,
+    /// Indices of the mesh and of the primitive.
+    key: (usize, usize),
+    /// Number of triangles.
+    triangles: u64,
     extension: DracoPrimitiveExtension,
     contract: DracoPrimitiveContract,
 }
 
 impl<'a> Draco<'a> {
-    /// Returns that of `primitive`, with those of its attributes that `wanted` names; `None` if it is
-    /// not compressed.
+    /// Returns that of a primitive of mesh `mesh`, with those of its attributes that `wanted` names;
+    /// `None` if it is not compressed.
     pub fn of(
         document: &'a Document,
+        mesh: usize,
         primitive: &Primitive<'a>,
         wanted: &[Semantic],
     ) -> Result<Option<Draco<'a>>, Problem> {
         let Some(object) = primitive.extension_value(NAME) else {
             return Ok(None);
         };
-        let problem = |what: &str| Problem(format!("{NAME}: {what}; export it again"));
-        let view = whole_number(object, "bufferView").and_then(|index| document.views().nth(index));
+        let key = (mesh, primitive.index());
+        let problem = |what: &str| located(key, what);
+        let told = |Problem(what): Problem| located(key, &what);
+        let view = whole_number(object, "bufferView").map_err(told)?;
+        let view = view.and_then(|index| document.views().nth(index));
         let view = view.ok_or_else(|| problem("there is no such buffer view"))?;
-        let mut contract = DracoPrimitiveContract::new();
-        if let Some(indices) = primitive.indices() {
-            contract = contract.with_indices(indices.count() as u64);
+        if primitive.mode() != Mode::Triangles {
+            return Err(problem("it is a strip or a fan, no list of triangles"));
         }
+        let indices = primitive.indices();
+        let indices = indices.ok_or_else(|| problem("it has no indices"))?.count() as u64;
+        let mut contract = DracoPrimitiveContract::new().with_indices(indices);
+        let none = Value::Null;
+        let ids = object.get("attributes").unwrap_or(&none);
         let mut attributes = Vec::new();
         for semantic in wanted {
             let name = semantic.to_string();
             let Some(accessor) = primitive.get(semantic) else {
                 continue;
             };
-            contract =
-                contract.with_attribute(&name, accessor.count() as u64, accessor.normalized());
-            if let Some(id) = object
-                .get("attributes")
-                .and_then(|ids| whole_number(ids, &name))
-            {
+            let count = accessor.count() as u64;
+            contract = contract.with_attribute(&name, count, accessor.normalized());
+            if let Some(id) = whole_number(ids, &name).map_err(told)? {
                 attributes.push((name, JsonValue::from(id as u64)));
             }
         }
@@ -62,6 +77,8 @@ impl<'a> Draco<'a> {
         let extension = DracoPrimitiveExtension::from_json(&json);
         Ok(Some(Draco {
             view,
+            key,
+            triangles: indices / 3,
             extension: extension.map_err(|error| problem(&error.to_string()))?,
             contract,
         }))
@@ -73,20 +90,53 @@ impl<'a> Draco<'a> {
     }
 
     /// Returns the geometry, whose compressed bytes are `payload`, if it has at most `limit` bytes.
-    pub fn decode(&self, payload: &[u8], limit: u64) -> Result<Geometry, BufferError> {
-        // A triangle is three indices, and a point at least a position.
+    fn decode(&self, payload: &[u8], limit: u64) -> Result<Geometry, BufferError> {
+        // A triangle has three indices. Twice as many as declared are an error of the file; what has
+        // more is not decoded.
         let limits = DecodeLimits::default()
-            .with_max_faces(limit / 12)
-            .with_max_points(limit / 12)
+            .with_max_faces(self.triangles.saturating_mul(2).min(limit / 12))
             .with_max_decoded_bytes(limit);
         let contract = self.contract.clone().with_limits(limits);
         match self.extension.decode(payload, &contract) {
             Ok(geometry) => Ok(Geometry(geometry)),
             Err(error) if error.is_decode_limit_exceeded() => Err(BufferError::TooLarge),
             Err(error) => {
-                Err(format!("it cannot be decompressed ({error}); export it again").into())
+                Err(located(self.key, &format!("it cannot be decompressed ({error})")).into())
             }
         }
+    }
+}
+
+/// Returns the problem of the primitive `key`.
+fn located((mesh, primitive): (usize, usize), problem: &str) -> Problem {
+    format!("mesh {mesh}, primitive {primitive}, {NAME}: {problem}; export it again").into()
+}
+
+/// What the compressed primitives decode to, by the indices of their meshes and their own.
+pub(super) struct Geometries(BTreeMap<(usize, usize), Geometry>);
+
+impl Geometries {
+    /// Decodes each primitive of `all`, once where several nodes show it: at most `limit` bytes
+    /// in total.
+    pub fn decode<'d>(
+        all: impl Iterator<Item = &'d Draco<'d>>,
+        buffers: &Buffers<'_>,
+        mut limit: u64,
+    ) -> Result<Geometries, BufferError> {
+        let mut found = BTreeMap::new();
+        for draco in all {
+            if let Entry::Vacant(place) = found.entry(draco.key) {
+                let geometry = draco.decode(buffers.view(&draco.view)?, limit)?;
+                limit = limit.saturating_sub(geometry.size());
+                place.insert(geometry);
+            }
+        }
+        Ok(Geometries(found))
+    }
+
+    /// Returns that of `draco`, which has been decoded.
+    pub fn of(&self, draco: &Draco<'_>) -> &Geometry {
+        &self.0[&draco.key]
     }
 }
 
@@ -94,6 +144,13 @@ impl<'a> Draco<'a> {
 pub(super) struct Geometry(PackedGeometry);
 
 impl Geometry {
+    /// Returns the number of its bytes.
+    fn size(&self) -> u64 {
+        let attributes = self.0.attributes().iter().map(|all| all.bytes().len());
+        let indices = self.0.indices().map_or(0, |all| all.bytes().len());
+        (attributes.sum::<usize>() + indices) as u64
+    }
+
     /// Returns the attribute `semantic`, if it was compressed.
     pub fn attribute(
         &self,

@@ -1,6 +1,6 @@
 //! The materials of a file.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashMap;
 use std::path::Path;
 
 use gltf::accessor::DataType;
@@ -8,7 +8,7 @@ use gltf::image::Source;
 use gltf::json::Value;
 use gltf::material::AlphaMode;
 use gltf::texture::Info;
-use gltf::{Document, Material, Primitive, Semantic};
+use gltf::{Document, Material, Semantic};
 
 use super::super::error::MeshError;
 use super::super::material::{MeshMaterial, MeshMaterials, Placed};
@@ -64,21 +64,36 @@ pub(super) fn name_of(material: &Material<'_>) -> String {
     }
 }
 
-/// Returns how the pictures of `material` lie, as the first one says.
+/// Returns how the pictures of `material` lie, as the first one with the first set of texture
+/// coordinates says.
 fn placed(material: &Material<'_>) -> Placed {
     let plain = material.pbr_metallic_roughness();
-    let glossy = material.pbr_specular_glossiness();
-    let glossy = glossy.and_then(|glossy| glossy.diffuse_texture());
-    let by_info = |info: Info<'_>| placed_by(info.extension_value(TRANSFORM));
-    glossy
-        .map(by_info)
-        .or(plain.base_color_texture().map(by_info))
-        .or(plain.metallic_roughness_texture().map(by_info))
-        .or(material
-            .normal_texture()
-            .map(|normal| placed_by(normal.extension_value(TRANSFORM))))
-        .or(material.emissive_texture().map(by_info))
-        .unwrap_or(Placed::PLAIN)
+    let by_info = |info: Info<'_>| set_and_place(info.extension_value(TRANSFORM), info.tex_coord());
+    let first = match material.pbr_specular_glossiness() {
+        Some(glossy) => [glossy.diffuse_texture(), None],
+        None => [
+            plain.base_color_texture(),
+            plain.metallic_roughness_texture(),
+        ],
+    };
+    let normal = material
+        .normal_texture()
+        .map(|normal| set_and_place(normal.extension_value(TRANSFORM), normal.tex_coord()));
+    let rest = [normal, material.emissive_texture().map(by_info)];
+    first
+        .into_iter()
+        .map(|info| info.map(by_info))
+        .chain(rest)
+        .flatten()
+        .find(|(set, _)| *set == 0)
+        .map_or(Placed::PLAIN, |(_, at)| at)
+}
+
+/// Returns the set of texture coordinates of a texture, which is `set` unless its `transform` names
+/// one, and how it places the picture.
+fn set_and_place(transform: Option<&Value>, set: u32) -> (u64, Placed) {
+    let named = transform.and_then(|transform| transform.get("texCoord")?.as_u64());
+    (named.unwrap_or(u64::from(set)), placed_by(transform))
 }
 
 /// Returns what a KHR_texture_transform says.
@@ -93,12 +108,20 @@ fn placed_by(transform: Option<&Value>) -> Placed {
     }
 }
 
-/// Returns what restores the texture coordinates of a primitive that are whole numbers: the
-/// transform of its pictures, as files with KHR_mesh_quantization have it.
-pub(super) fn restored(primitive: &Primitive<'_>) -> Option<Placed> {
-    let accessor = primitive.get(&Semantic::TexCoords(0))?;
-    let at = placed(&primitive.material());
-    (accessor.data_type() != DataType::F32 && at != Placed::PLAIN).then_some(at)
+/// Returns the transforms that restore the texture coordinates of quantized files, by material: those
+/// of its pictures, where the coordinates of a primitive are whole numbers.
+pub(super) fn restored(document: &Document, parts: &[Part<'_>]) -> HashMap<Option<usize>, Placed> {
+    let mut used = document.extensions_used();
+    if !used.any(|name| name == "KHR_mesh_quantization") {
+        return HashMap::new();
+    }
+    let quantized = parts.iter().filter(|part| {
+        let accessor = part.primitive.get(&Semantic::TexCoords(0));
+        accessor.is_some_and(|accessor| accessor.data_type() != DataType::F32)
+    });
+    let materials = quantized.map(|part| part.primitive.material());
+    let placed = materials.map(|material| (material.index(), placed(&material)));
+    placed.filter(|(_, at)| *at != Placed::PLAIN).collect()
 }
 
 /// Returns the materials of a file in the order of
@@ -119,22 +142,19 @@ pub(in super::super) fn materials(
         path: path.to_owned(),
         problem,
     })?;
+    let restored = restored(&document, &parts);
     let mut reader = Reader {
         document: &document,
         files,
         path,
         blob,
         limit: byte_limit.saturating_sub(bytes.len() as u64),
+        restored: None,
         found: MeshMaterials::default(),
     };
-    // Of those, the pictures lie as the texture coordinates do.
-    let are_restored: HashSet<Option<usize>> = parts
-        .iter()
-        .filter(|part| restored(&part.primitive).is_some())
-        .map(|part| part.primitive.material().index())
-        .collect();
     for material in Used::by(&parts).materials {
-        let read = reader.material(&material, are_restored.contains(&material.index()));
+        reader.restored = restored.get(&material.index()).copied();
+        let read = reader.material(&material);
         let read = read.map_err(|error| error.of_mesh(path, byte_limit))?;
         reader.found.materials.push(read);
     }
@@ -148,17 +168,13 @@ struct Reader<'a> {
     blob: Option<&'a [u8]>,
     /// Bytes that pictures may still have.
     limit: u64,
+    /// The transform that the texture coordinates of a material have already.
+    restored: Option<Placed>,
     found: MeshMaterials,
 }
 
 impl Reader<'_> {
-    /// Reads `material`, whose texture coordinates have the transform of its pictures already if
-    /// `are_restored`.
-    fn material(
-        &mut self,
-        material: &Material<'_>,
-        are_restored: bool,
-    ) -> Result<MeshMaterial, BufferError> {
+    fn material(&mut self, material: &Material<'_>) -> Result<MeshMaterial, BufferError> {
         let name = name_of(material);
         let plain = material.pbr_metallic_roughness();
         let strength = material.emissive_strength().unwrap_or(1.0);
@@ -207,7 +223,6 @@ impl Reader<'_> {
                 read.emission = [0.0; 3];
             }
         }
-        let placed = placed.filter(|_| !are_restored);
         let Placed { scale, offset } = placed.unwrap_or(Placed::PLAIN);
         read.tiles = scale;
         // Ours begins at the lower end, where v is 1.
@@ -252,8 +267,15 @@ impl Reader<'_> {
         if turn.is_some_and(|turn| turn != 0.0) {
             self.found.leave(material, "turns of pictures");
         }
-        let named = number("texCoord").and_then(Value::as_u64);
-        (named.unwrap_or(u64::from(set)), placed_by(transform))
+        let (set, at) = set_and_place(transform, set);
+        (
+            set,
+            if self.restored == Some(at) {
+                Placed::PLAIN
+            } else {
+                at
+            },
+        )
     }
 
     /// Returns whether a picture with the texture coordinates `set` can lie as it should.

@@ -15,6 +15,8 @@ pub(super) const NAMES: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_com
 pub(super) struct CompressedView {
     /// Index of the buffer.
     pub buffer: usize,
+    /// Index of the view.
+    index: usize,
     offset: usize,
     length: usize,
     stride: usize,
@@ -26,39 +28,47 @@ pub(super) struct CompressedView {
 impl CompressedView {
     /// Returns that of `view`; `None` if it is not compressed.
     pub fn of(view: &View<'_>) -> Result<Option<CompressedView>, Problem> {
-        let values = NAMES.iter().map(|name| (name, view.extension_value(name)));
-        let Some((name, object)) = values
-            .filter_map(|(name, value)| Some((name, value?)))
-            .next()
-        else {
+        let mut values = NAMES.iter().filter_map(|name| view.extension_value(name));
+        let Some(object) = values.next() else {
             return Ok(None);
         };
         let index = view.index();
-        let problem =
-            |what: String| format!("buffer view {index}, {name}: {what}; export it again");
-        let wanted = |key| {
-            whole_number(object, key).ok_or_else(|| problem(format!("{key} is not a whole number")))
+        let found = CompressedView::read(object, index);
+        found
+            .map(Some)
+            .map_err(|Problem(problem)| located(index, &problem))
+    }
+
+    /// Returns what the extension's `object` says of view `index`.
+    fn read(object: &Value, index: usize) -> Result<CompressedView, Problem> {
+        let wanted = |key| -> Result<usize, Problem> {
+            Ok(whole_number(object, key)?.ok_or_else(|| format!("{key} is missing"))?)
         };
-        let text = |key| object.get(key).and_then(Value::as_str);
-        let mode = MeshoptMode::from_name(text("mode").unwrap_or_default());
-        let filter = MeshoptFilter::from_name(text("filter").unwrap_or("NONE"));
-        Ok(Some(CompressedView {
+        let text = |key, default| match object.get(key) {
+            None => Ok(default),
+            Some(value) => value
+                .as_str()
+                .ok_or_else(|| format!("{key} is {value}, no text")),
+        };
+        let mode = MeshoptMode::from_name(text("mode", "")?);
+        let filter = MeshoptFilter::from_name(text("filter", "NONE")?);
+        Ok(CompressedView {
             buffer: wanted("buffer")?,
-            offset: whole_number(object, "byteOffset").unwrap_or(0),
+            index,
+            offset: whole_number(object, "byteOffset")?.unwrap_or(0),
             length: wanted("byteLength")?,
             stride: wanted("byteStride")?,
             count: wanted("count")?,
-            mode: mode.map_err(|error| problem(error.to_string()))?,
-            filter: filter.map_err(|error| problem(error.to_string()))?,
-        }))
+            mode: mode.map_err(|error| error.to_string())?,
+            filter: filter.map_err(|error| error.to_string())?,
+        })
     }
 
     /// Returns the content of the view, whose buffer is `buffer`, if it has at most `limit` bytes.
     pub fn decode(&self, buffer: &[u8], limit: u64) -> Result<Vec<u8>, BufferError> {
         let end = self.offset.checked_add(self.length);
         let source = end.and_then(|end| buffer.get(self.offset..end));
-        let source =
-            source.ok_or("a compressed buffer view extends beyond its buffer; export it again")?;
+        let source = source.ok_or_else(|| located(self.index, "it extends beyond its buffer"))?;
         let size = self.count.saturating_mul(self.stride);
         if size as u64 > limit {
             return Err(BufferError::TooLarge);
@@ -66,8 +76,13 @@ impl CompressedView {
         let mut content = vec![0; size];
         let Self { mode, filter, .. } = *self;
         decode_buffer_view(&mut content, source, mode, filter, self.count, self.stride).map_err(
-            |error| format!("a buffer view cannot be decompressed ({error}); export it again"),
+            |error| located(self.index, &format!("it cannot be decompressed ({error})")),
         )?;
         Ok(content)
     }
+}
+
+/// Returns the problem of compressed view `index`.
+fn located(index: usize, problem: &str) -> Problem {
+    format!("compressed buffer view {index}: {problem}; export it again").into()
 }

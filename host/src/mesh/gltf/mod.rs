@@ -28,10 +28,11 @@ use super::raw::{RawMesh, check_parts, is_wanted};
 use crate::Files;
 use buffers::Buffers;
 use document::{MAGIC, open};
+use draco::Geometries;
 pub(super) use materials::materials;
-use materials::{Used, name_of};
+use materials::{Used, name_of, restored};
 use parts::{Part, parts};
-use problem::{BufferError, Problem};
+use problem::Problem;
 
 /// Returns whether a file is glTF, by its first bytes or its extension.
 pub(super) fn is_gltf(bytes: &[u8], path: &Path) -> bool {
@@ -95,6 +96,10 @@ pub(super) fn parse(
     let left = options.byte_limit.saturating_sub(bytes.len() as u64);
     let buffers = Buffers::load(&document, views, files, path, blob, left)
         .map_err(|error| error.of_mesh(path, options.byte_limit))?;
+    let compressed = parts.iter().filter_map(|part| part.draco.as_ref());
+    let geometries = Geometries::decode(compressed, &buffers, buffers.left)
+        .map_err(|error| error.of_mesh(path, options.byte_limit))?;
+    let restored = restored(&document, &parts);
     let lacking = |semantic: Semantic| {
         parts
             .iter()
@@ -109,14 +114,9 @@ pub(super) fn parse(
     };
     let has_normals = lacking(Semantic::Normals).is_none();
     for part in &parts {
-        part.append(&buffers, has_normals, &mut mesh)
-            .map_err(|error| match error {
-                BufferError::Problem(Problem(problem)) => {
-                    BufferError::Problem(format!("{}: {problem}", part.name).into())
-                }
-                too_large => too_large,
-            })
-            .map_err(|error| error.of_mesh(path, options.byte_limit))?;
+        let restored = restored.get(&part.primitive.material().index());
+        part.append(&buffers, &geometries, restored, has_normals, &mut mesh)
+            .map_err(|Problem(problem)| failure(format!("{}: {problem}", part.name).into()))?;
         if !mesh.materials.is_empty() {
             let material = materials.index(&part.primitive.material());
             mesh.material_of.resize(mesh.triangles.len(), material);

@@ -79,8 +79,7 @@ pub(super) fn parts(document: &Document) -> Result<Vec<Part<'_>>, Problem> {
                 }
                 is_posed |= is_skinned || primitive.morph_targets().len() > 0;
                 let name = part_name(&mesh, &primitive);
-                let draco = Draco::of(document, &primitive, &READ)
-                    .map_err(|Problem(problem)| format!("{name}: {problem}"))?;
+                let draco = Draco::of(document, mesh.index(), &primitive, &READ)?;
                 parts.push(Part {
                     name,
                     primitive,
@@ -129,14 +128,6 @@ fn transform(node: &Node<'_>) -> Option<DMat4> {
 }
 
 impl Part<'_> {
-    /// Returns how its corners follow each other: compressed geometry is a list of triangles.
-    pub fn mode(&self) -> Mode {
-        match self.draco {
-            None => self.primitive.mode(),
-            Some(_) => Mode::Triangles,
-        }
-    }
-
     /// Returns the number of corners of the triangles.
     fn corner_count(&self) -> Result<usize, Problem> {
         let positions = self.primitive.get(&Semantic::Positions);
@@ -147,7 +138,7 @@ impl Part<'_> {
 
     pub fn triangle_count(&self) -> Result<usize, Problem> {
         let corners = self.corner_count()?;
-        match self.mode() {
+        match self.primitive.mode() {
             Mode::Triangles if corners % 3 != 0 => Err(format!(
                 "{}: {corners} corners are not a multiple of 3; export it again",
                 self.name

@@ -38,7 +38,12 @@ impl<T: Into<Problem>> From<T> for BufferError {
     }
 }
 
-/// Returns the whole number `key` of an extension's object.
-pub(super) fn whole_number(object: &Value, key: &str) -> Option<usize> {
-    object.get(key)?.as_u64()?.try_into().ok()
+/// Returns the whole number `key` of an extension's object; `None` if it is not there.
+pub(super) fn whole_number(object: &Value, key: &str) -> Result<Option<usize>, Problem> {
+    let Some(value) = object.get(key) else {
+        return Ok(None);
+    };
+    let number = value.as_u64().and_then(|number| number.try_into().ok());
+    let number = number.ok_or_else(|| format!("{key} is {value}, no whole number"))?;
+    Ok(Some(number))
 }

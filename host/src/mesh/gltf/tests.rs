@@ -106,7 +106,7 @@ impl Builder {
     }
 }
 
-fn glb(json: &[u8], bytes: &[u8]) -> Vec<u8> {
+pub(super) fn glb(json: &[u8], bytes: &[u8]) -> Vec<u8> {
     let mut json = json.to_vec();
     json.resize(json.len().next_multiple_of(4), b' ');
     let mut file = b"glTF\x02\0\0\0".to_vec();

@@ -10,31 +10,28 @@ use gltf::mesh::Mode;
 use super::super::material::Placed;
 use super::super::raw::{Corner, LARGEST_NUMBER, RawMesh};
 use super::buffers::Buffers;
-use super::materials::restored;
+use super::draco::Geometries;
 use super::numbers::Numbers;
 use super::parts::Part;
-use super::problem::{BufferError, Problem};
+use super::problem::Problem;
 
 impl Part<'_> {
-    /// Adds the triangles to `mesh`.
+    /// Adds the triangles to `mesh`; `restored` is the transform of the texture coordinates, if they
+    /// are quantized.
     pub fn append(
         &self,
         buffers: &Buffers<'_>,
+        geometries: &Geometries,
+        restored: Option<&Placed>,
         has_normals: bool,
         mesh: &mut RawMesh,
-    ) -> Result<(), BufferError> {
-        let decoded = match &self.draco {
-            None => None,
-            Some(draco) => {
-                let payload = buffers.view(&draco.view)?;
-                Some(draco.decode(payload, buffers.left)?)
-            }
-        };
+    ) -> Result<(), Problem> {
+        let decoded = self.draco.as_ref().map(|draco| geometries.of(draco));
         let stream = |semantic: &Semantic, dimensions, what| -> Result<_, Problem> {
             let Some(accessor) = self.primitive.get(semantic) else {
                 return Ok(None);
             };
-            if let Some(decoded) = &decoded
+            if let Some(decoded) = decoded
                 && let Some(numbers) = decoded.attribute(semantic, &accessor, dimensions)?
             {
                 return Ok(Some(numbers));
@@ -55,7 +52,7 @@ impl Part<'_> {
             )?,
             Some(_) => None,
         };
-        let indices = match (&decoded, self.primitive.indices()) {
+        let indices = match (decoded, self.primitive.indices()) {
             (Some(decoded), _) => decoded.indices(),
             (None, None) => None,
             (None, Some(accessor)) => {
@@ -89,7 +86,6 @@ impl Part<'_> {
             let cofactors = DMat3::from_cols(y.cross(z), z.cross(x), x.cross(y));
             if is_mirrored { -cofactors } else { cofactors }
         });
-        let restored = restored(&self.primitive);
         let mut known: HashMap<usize, u32> = HashMap::new();
         let mut corner = |number: usize| -> Result<Corner, Problem> {
             let vertex = match &indices {
@@ -161,7 +157,7 @@ impl Part<'_> {
             })
         };
         for triangle in 0..self.triangle_count()? {
-            let numbers = match self.mode() {
+            let numbers = match self.primitive.mode() {
                 Mode::TriangleStrip if triangle % 2 == 1 => [triangle, triangle + 2, triangle + 1],
                 Mode::TriangleStrip => [triangle, triangle + 1, triangle + 2],
                 Mode::TriangleFan => [0, triangle + 1, triangle + 2],
