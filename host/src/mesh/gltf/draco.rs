@@ -116,13 +116,13 @@ fn located((mesh, primitive): (usize, usize), problem: &str) -> Problem {
 pub(super) struct Geometries(BTreeMap<(usize, usize), Geometry>);
 
 impl Geometries {
-    /// Decodes each primitive of `all`, once where several nodes show it: at most `limit` bytes
-    /// in total.
+    /// Decodes each primitive of `all`, once where several nodes show it: at most the bytes that
+    /// `buffers` has left, in total.
     pub fn decode<'d>(
         all: impl Iterator<Item = &'d Draco<'d>>,
         buffers: &Buffers<'_>,
-        mut limit: u64,
     ) -> Result<Geometries, BufferError> {
+        let mut limit = buffers.left;
         let mut found = BTreeMap::new();
         for draco in all {
             if let Entry::Vacant(place) = found.entry(draco.key) {

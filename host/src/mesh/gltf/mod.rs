@@ -97,7 +97,7 @@ pub(super) fn parse(
     let buffers = Buffers::load(&document, views, files, path, blob, left)
         .map_err(|error| error.of_mesh(path, options.byte_limit))?;
     let compressed = parts.iter().filter_map(|part| part.draco.as_ref());
-    let geometries = Geometries::decode(compressed, &buffers, buffers.left)
+    let geometries = Geometries::decode(compressed, &buffers)
         .map_err(|error| error.of_mesh(path, options.byte_limit))?;
     let restored = restored(&document, &parts);
     let lacking = |semantic: Semantic| {
