@@ -126,7 +126,7 @@ fn nodes_share_what_is_decoded() {
     assert!((right - 10.0).abs() < 1e-3, "{right}");
 }
 
-/// All primitives of a material take its transform, or none does.
+/// Without KHR_mesh_quantization, the transform is one of the pictures alone.
 #[test]
 fn only_quantized_files_are_restored() {
     let highest = |file: &[u8]| {

@@ -268,14 +268,8 @@ impl Reader<'_> {
             self.found.leave(material, "turns of pictures");
         }
         let (set, at) = set_and_place(transform, set);
-        (
-            set,
-            if self.restored == Some(at) {
-                Placed::PLAIN
-            } else {
-                at
-            },
-        )
+        let is_restored = self.restored == Some(at);
+        (set, if is_restored { Placed::PLAIN } else { at })
     }
 
     /// Returns whether a picture with the texture coordinates `set` can lie as it should.
