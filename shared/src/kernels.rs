@@ -31,7 +31,7 @@ use crate::model::{paper, relief};
 use crate::normals::{SmoothSurface, normal_at};
 use crate::outline::bounding_rectangle;
 use crate::path::{Path, QuadraticPath};
-use crate::prism::{Prism, solve};
+use crate::prism::Prism;
 use crate::profile::Profile;
 use crate::shadow::{self, ShadowPoint};
 use crate::shape_map::ShapeMap;
@@ -507,7 +507,7 @@ pub fn prism(
 ) -> (Vec3, Vec3, Vec3, f32) {
     let prism = Prism::new(&prism_data(bend, fan), depth);
     let target = prism.point(inside(shares));
-    let (x, jacobian) = solve(|| prism, target, Vec3::new(0.25, 0.25, 0.5), 6);
+    let (x, jacobian) = prism.solve(target, Vec3::new(0.25, 0.25, 0.5), 6);
     let state = prism.motion(x, &jacobian, direction);
     (
         state.x,
@@ -542,13 +542,10 @@ pub fn search_prism(
     let target = Prism::new(&prisms.0, depth).point(inside(shares));
     let field = Field {
         prisms: &prisms,
-        depth,
+        object: &object,
         tolerance: 0.000_976_562_5,
         slack: 0.25 * slack(choice),
-        profile: &Profile::new(&object),
-        map: &ShapeMap::new(&object),
         texels: &Noise(choice),
-        linear_steps: object.linear_steps,
         binary_steps: object.binary_steps,
     };
     let found = walk::search(&field, 0, target - direction * 4.0, direction);

@@ -124,7 +124,9 @@ pub struct Outline {
 }
 
 /// Margin of the outlines of triangles, pixels: more than devices round positions by, a
-/// sixteenth at most, and than rounding errors in pictures of 32,768 pixels.
+/// sixteenth at most, and than rounding errors of corners in pictures of 32,768 pixels. The
+/// hit test itself may err by more at the tips of triangles two pixels wide in pictures of
+/// more than 13,000 pixels.
 pub const MARGIN: Real = 0.25;
 /// The outlines of prisms extend beyond it by this share of their size: rays may enter beside a
 /// prism's sides.
@@ -132,7 +134,7 @@ const PRISM_MARGIN: Real = 0.02;
 /// Sine of the sharpest corner that is moved: at sharper ones, the rounding of short sides changes
 /// the sine noticeably.
 const SHARPEST: Real = 0.02;
-/// Sine of the corners that move so far that the rectangle may be the better outline.
+/// Sine of the sharpest corner whose triangle is certainly smaller than its rectangle.
 const SHARP: Real = 0.15;
 /// Largest coordinate, pixels: beyond, rounding errors approach the margin.
 const FURTHEST: Real = 16_384.0;

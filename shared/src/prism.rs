@@ -259,6 +259,28 @@ impl Prism {
         }
     }
 
+    /// Solves F(x) = `target` by Newton's method, from `x`, in at most `rounds` iterations.
+    /// Returns ∂F/∂x at the start of the last one, which is near enough.
+    #[inline]
+    pub fn solve(&self, target: Vec3, x: Vec3, rounds: u32) -> (Vec3, Jacobian) {
+        let mut x = x;
+        let mut jacobian = NOT_REGULAR;
+        let mut rest = rounds;
+        while rest > 0 {
+            jacobian = self.jacobian(x);
+            rest -= 1;
+            if jacobian.regular {
+                let change = jacobian.solve(target - self.point(x));
+                x += change;
+                let size = abs(change.x) + abs(change.y) + abs(change.z);
+                rest = if size < CONVERGED { 0 } else { rest };
+            } else {
+                rest = 0;
+            }
+        }
+        (x, jacobian)
+    }
+
     /// The second derivative of F at `x` in the directions `p` and `q`.
     #[inline]
     fn bend(&self, x: Vec3, p: Vec3, q: Vec3) -> Vec3 {
@@ -294,31 +316,6 @@ impl Prism {
             third_order: 0.5 * max(abs(third.x), max(abs(third.y), abs(third.z))),
         }
     }
-}
-
-/// Solves F(x) = `target` by Newton's method, from `x`, in at most `rounds` iterations.
-/// Returns ∂F/∂x at the start of the last one, which is near enough.
-///
-/// `prism` is asked in each iteration: a GPU has no registers to keep what it can read.
-#[inline]
-pub fn solve(prism: impl Fn() -> Prism, target: Vec3, x: Vec3, rounds: u32) -> (Vec3, Jacobian) {
-    let mut x = x;
-    let mut jacobian = NOT_REGULAR;
-    let mut rest = rounds;
-    while rest > 0 {
-        let prism = prism();
-        jacobian = prism.jacobian(x);
-        rest -= 1;
-        if jacobian.regular {
-            let change = jacobian.solve(target - prism.point(x));
-            x += change;
-            let size = abs(change.x) + abs(change.y) + abs(change.z);
-            rest = if size < CONVERGED { 0 } else { rest };
-        } else {
-            rest = 0;
-        }
-    }
-    (x, jacobian)
 }
 
 /// Returns whether a point relative to the anchor may lie in the prism of `data`.
@@ -563,7 +560,7 @@ pub(crate) mod tests {
             let direction = vector(&mut random, 1.0).normalize();
             let state = prism.motion(x, &jacobian, direction);
             let there = prism.point(x) + direction * h;
-            let (moved, _) = solve(|| prism, there, x, 10);
+            let (moved, _) = prism.solve(there, x, 10);
             let first_order = (x + state.velocity * h - moved).length();
             let second = state.x + (state.velocity + state.acceleration * (0.5 * h)) * h;
             let second_order = (second - moved).length();

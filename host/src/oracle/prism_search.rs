@@ -8,7 +8,7 @@ use relievo_shared_f64::FAR;
 use relievo_shared_f64::arithmetic::{abs, clamp, div, max, min, sqrt};
 use relievo_shared_f64::layout::PrismData;
 use relievo_shared_f64::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
-use relievo_shared_f64::prism::{Jacobian, Prism, State, cap_hull, normal_hull, solve};
+use relievo_shared_f64::prism::{Jacobian, Prism, State, cap_hull, normal_hull};
 use relievo_shared_f64::profile::Profile;
 use relievo_shared_f64::shape_map::ShapeMap;
 
@@ -189,7 +189,7 @@ impl HulledPrism {
 
     /// Returns the place of `point` in the prism; `None` outside.
     fn inside(&self, point: DVec3, guess: DVec3, rounds: u32) -> Option<Place> {
-        let (x, jacobian) = solve(|| self.prism, point - self.prism.anchor, guess, rounds);
+        let (x, jacobian) = self.prism.solve(point - self.prism.anchor, guess, rounds);
         let place = Place { x, jacobian };
         let is_inside = jacobian.regular && place.insets().iter().all(|inset| *inset >= -1e-6);
         is_inside.then_some(place)
@@ -351,7 +351,7 @@ impl PrismRay<'_> {
     /// folds there.
     fn at(&self, t: f64, guess: DVec3, rounds: u32) -> (State, bool) {
         let target = self.origin + self.direction * t;
-        let (x, jacobian) = solve(|| *self.prism, target, guess, rounds);
+        let (x, jacobian) = self.prism.solve(target, guess, rounds);
         let state = self.prism.motion(x, &jacobian, self.direction);
         (state, jacobian.regular)
     }

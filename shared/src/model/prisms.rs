@@ -110,13 +110,10 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
         let object = ray.object;
         let field = Field {
             prisms: &home.prisms,
-            depth: object.depth,
+            object,
             tolerance: tolerance(ray.frame, object),
             slack: object.slack,
-            profile: &Profile::new(object),
-            map: &ShapeMap::new(object),
             texels,
-            linear_steps: object.linear_steps,
             binary_steps: object.binary_steps,
         };
         let found = walk::search(&field, home.index, vec3(ray.frame.eye), ray.direction);
@@ -188,13 +185,10 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
         };
         let field = Field {
             prisms: &home.prisms,
-            depth: object.depth,
+            object,
             tolerance: tolerance(ray.frame, object),
             slack: 0.0,
-            profile: &profile,
-            map: &map,
             texels,
-            linear_steps: object.linear_steps,
             binary_steps: 0,
         };
         walk::leaves(&field, traced.place.prism, x, offset, to_light)

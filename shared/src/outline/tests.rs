@@ -6,8 +6,6 @@ use crate::facet;
 use crate::layout::{Corner, FORMAT_FLOAT};
 use crate::march::END_MISS;
 use crate::prism::tests::test_prism;
-use crate::profile::Profile;
-use crate::shape_map::ShapeMap;
 use crate::shape_map::tests::Random;
 use crate::walk::{self, Field};
 
@@ -233,6 +231,7 @@ fn every_pixel_that_comes_in_through_a_prism_lies_in_its_outline() {
         map_format: FORMAT_FLOAT,
         map_reach: 1.0,
         depth: 0.3,
+        linear_steps: 100,
         ..Object::default()
     }
     .complete();
@@ -262,13 +261,10 @@ fn every_pixel_that_comes_in_through_a_prism_lies_in_its_outline() {
         // The pattern is everything: a ray that comes in meets something.
         let field = Field {
             prisms: &[data][..],
-            depth: object.depth,
+            object: &object,
             tolerance: 1e-5,
             slack: 0.0,
-            profile: &Profile::new(&object),
-            map: &ShapeMap::new(&object),
             texels: &[(-0.5f32).to_bits()][..],
-            linear_steps: 100,
             binary_steps: 0,
         };
         for y in 0..frame.size[1] as u32 {

@@ -15,7 +15,7 @@ use crate::shape_map::Texels;
 use crate::{Real, Vec2, Vec3};
 
 /// Least cosine between a surface and the direction to the eye, of what a pixel covers.
-const LEAST_COSINE: Real = 0.02;
+const LEAST_FOOTPRINT_COSINE: Real = 0.02;
 
 /// What a material is at a hit.
 #[derive(Clone, Copy, Debug)]
@@ -136,7 +136,7 @@ pub fn coordinates<T: Texels + ?Sized>(
         (repeats, density)
     };
     let tiles = vec2(material.tiles);
-    let [right, down] = on_plane(frame, direction, hit.t, hit.normal, LEAST_COSINE);
+    let [right, down] = on_plane(frame, direction, hit.t, hit.normal, LEAST_FOOTPRINT_COSINE);
     let across = second_axis(hit);
     let on_axes = |side: Vec3| Vec2::new(hit.tangent.dot(side), across.dot(side));
     // Where pictures follow the mesh on a side, their axes are not known.

@@ -6,7 +6,7 @@ use super::step::{
 };
 use crate::arithmetic::{abs, div, max, min};
 use crate::layout::{NO_NEIGHBOUR, PrismData, Slab, vec3};
-use crate::prism::{State, is_open};
+use crate::prism::{Prism, State, is_open};
 use crate::shape_map::Texels;
 use crate::{FAR, Real, Vec3};
 
@@ -281,6 +281,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         restarts: u32,
     ) -> Entrance {
         let mut at = ray;
+        let prism = Prism::new(data, self.object.depth);
         let (enter, span) = hull;
         let distance = abs(at.origin.x) + abs(at.origin.y) + abs(at.origin.z);
         let overlap = OVERLAP + ROUNDING * distance * data.inverse_altitude;
@@ -314,7 +315,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let mut nearer = 0.0;
         while end <= AT_EYE {
             at.origin = ray.origin + ray.direction * offset;
-            at.go(data, self.depth, t, guess, rounds);
+            at.go(&prism, t, guess, rounds);
             if end == AT_EYE {
                 let in_shell = at.regular && at.state.inset() >= -OVERLAP;
                 end = if in_shell {

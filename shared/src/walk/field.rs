@@ -1,9 +1,8 @@
 //! Input and result of the search of one ray.
 
-use crate::layout::PrismData;
+use crate::layout::{Object, PrismData};
 use crate::march::March;
-use crate::profile::Profile;
-use crate::shape_map::{ShapeMap, Texels};
+use crate::shape_map::Texels;
 use crate::{Real, Vec3};
 
 /// Storage of the prisms of an object: a storage buffer, a slice.
@@ -45,22 +44,16 @@ pub struct Found {
 pub struct Field<'a, S: PrismList + ?Sized, T: Texels + ?Sized> {
     /// The prisms.
     pub prisms: &'a S,
-    /// S_z, object units.
-    pub depth: Real,
+    /// Their object, with its extrusion and its pattern.
+    pub object: &'a Object,
     /// Largest distance between the searched and the true ray, per unit of the ray's
     /// length.
     pub tolerance: Real,
     /// Largest distance before the solid at which the search may end, texels per unit of
     /// the ray's length.
     pub slack: Real,
-    /// The extrusion.
-    pub profile: &'a Profile,
-    /// The pattern.
-    pub map: &'a ShapeMap,
-    /// Its texels.
+    /// The pattern's texels.
     pub texels: &'a T,
-    /// Maximum number of steps of the linear search.
-    pub linear_steps: u32,
-    /// Number of bisections after it.
+    /// Number of bisections after the linear search.
     pub binary_steps: u32,
 }

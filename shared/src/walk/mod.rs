@@ -104,10 +104,10 @@ pub fn leaves<S: PrismList + ?Sized, T: Texels + ?Sized>(
     offset: Vec3,
     direction: Vec3,
 ) -> bool {
-    let data = field.prisms.prism(home);
-    let origin = Prism::new(data, field.depth).point(x) + offset;
+    let prism = Prism::new(field.prisms.prism(home), field.object.depth);
+    let origin = prism.point(x) + offset;
     let mut at = Traveller::new(home, origin, direction, x);
-    at.go(data, field.depth, 0.0, x, ROUNDS);
+    at.go(&prism, 0.0, x, ROUNDS);
     let (found, _) = field.follow(at, 0.0, false);
     found.march.end == END_MISS
 }

@@ -4,8 +4,7 @@
 
 use crate::arithmetic::{abs, div, kept, max, sqrt};
 use crate::contract::LARGEST;
-use crate::layout::PrismData;
-use crate::prism::{Prism, State, solve};
+use crate::prism::{Prism, State};
 use crate::{FAR, Real, Vec3};
 
 /// Margin around the range of weights and δ where a ray enters, so that no ray slips
@@ -186,11 +185,11 @@ impl Traveller {
 
     /// Moves to `t`, near the parameters `guess`, by Newton's method.
     #[inline]
-    pub(super) fn go(&mut self, data: &PrismData, depth: Real, t: Real, guess: Vec3, rounds: u32) {
+    pub(super) fn go(&mut self, prism: &Prism, t: Real, guess: Vec3, rounds: u32) {
         let target = self.origin + self.direction * t;
-        let (x, jacobian) = solve(|| Prism::new(data, depth), target, guess, rounds);
+        let (x, jacobian) = prism.solve(target, guess, rounds);
         self.t = t;
-        self.state = Prism::new(data, depth).motion(x, &jacobian, self.direction);
+        self.state = prism.motion(x, &jacobian, self.direction);
         self.regular = jacobian.regular;
         self.since = 0.0;
     }

@@ -4,8 +4,6 @@ use super::*;
 use crate::layout::{FORMAT_FLOAT, NO_NEIGHBOUR, Object, PrismData};
 use crate::march::{END_CAP, END_FLOOR, END_SIDE};
 use crate::prism::tests::test_prism;
-use crate::profile::Profile;
-use crate::shape_map::ShapeMap;
 
 /// The plane z = 0 over (0, 0) to (2, 1) in four triangles, half a unit deep,
 /// with one column: texels 0 and 1 of 4 along u = x.
@@ -45,6 +43,7 @@ fn object() -> Object {
         map_format: FORMAT_FLOAT,
         map_reach: 1.0,
         depth: 0.5,
+        linear_steps: 1000,
         ..Object::default()
     }
     .complete()
@@ -56,13 +55,10 @@ fn with_field<R>(prisms: &[PrismData], run: impl Fn(&Field<'_, [PrismData], [u32
     let object = object();
     run(&Field {
         prisms,
-        depth: object.depth,
+        object: &object,
         tolerance: 1e-5,
         slack: 0.0,
-        profile: &Profile::new(&object),
-        map: &ShapeMap::new(&object),
         texels: &TEXELS.map(f32::to_bits)[..],
-        linear_steps: 1000,
         binary_steps: 24,
     })
 }

@@ -9,8 +9,9 @@ use crate::arithmetic::{div, kept, kept3, max, min};
 use crate::layout::{NO_NEIGHBOUR, PrismData, vec2, vec3};
 use crate::march::{END_CAP, END_MISS, END_SIDE, Limits, March, Stop, advance, refine};
 use crate::path::Path;
-use crate::prism::State;
-use crate::shape_map::Texels;
+use crate::prism::{Prism, State};
+use crate::profile::Profile;
+use crate::shape_map::{ShapeMap, Texels};
 use crate::{Real, Vec2, Vec3};
 
 /// Maximum number of pieces of a ray, beside one for each step.
@@ -232,6 +233,9 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
     /// leaves its prism.
     #[inline]
     pub(super) fn follow(&self, start: Traveller, enter: Real, on_cap: bool) -> (Found, Real) {
+        // Not before: the search for the entrance has no registers to keep them.
+        let profile = Profile::new(self.object);
+        let map = ShapeMap::new(self.object);
         let mut at = start;
         let mut left = at.t;
         let radius = self.prisms.prism(at.index).radius;
@@ -252,7 +256,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             least: 0.0,
         };
         let mut limits = Limits {
-            linear_steps: self.linear_steps,
+            linear_steps: self.object.linear_steps,
             binary_steps: self.binary_steps,
             slack: 0.0,
         };
@@ -266,9 +270,9 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
             end = time;
             ends_on_floor = bound == FLOOR;
             let piece = Piece::new(&at, self.prisms.prism(at.index), end, ends_on_floor);
-            limits.linear_steps = self.linear_steps - steps;
+            limits.linear_steps = self.object.linear_steps - steps;
             limits.slack = self.slack * (enter + at.t);
-            stop = advance(&piece, self.profile, self.map, self.texels, &limits);
+            stop = advance(&piece, &profile, &map, self.texels, &limits);
             steps += stop.steps;
             // Only the first piece may start on the cap.
             if stop.end == END_CAP && (turns > 1 || came_through != CAP) {
@@ -298,7 +302,8 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                     }
                 }
                 if !over {
-                    at.go(self.prisms.prism(at.index), self.depth, t, guess, ROUNDS);
+                    let prism = Prism::new(self.prisms.prism(at.index), self.object.depth);
+                    at.go(&prism, t, guess, ROUNDS);
                     // Through the cap, unless the ray only came near to it. Above the
                     // neighbour's cap: entry there is handled by the neighbouring prism.
                     let least = if bound == CAP { LEFT } else { -5.0 * ARRIVED };
@@ -313,7 +318,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
                 // Past the floor at a side, where the prism folds, or still in the shell: it
                 // counts as a hit, as steps that run out do.
                 let is_lost = !at.regular || at.state.x.z > 1.0 + THRESHOLD;
-                if !over && (is_lost || turns > self.linear_steps + PIECES) {
+                if !over && (is_lost || turns > self.object.linear_steps + PIECES) {
                     over = true;
                     stop.end = END_SIDE;
                     stop.s = 0.0;
@@ -324,7 +329,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
         let data = self.prisms.prism(at.index);
         if stop.end == END_SIDE {
             let piece = Piece::new(&at, data, end, ends_on_floor);
-            s = refine(&piece, self.profile, self.map, self.texels, &stop, &limits);
+            s = refine(&piece, &profile, &map, self.texels, &stop, &limits);
         }
         let x = kept3(at.state.predicted(s));
         let uv = uv_at(data, x);
@@ -348,7 +353,6 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
 #[allow(clippy::disallowed_methods)] // Never compiled for a device.
 mod tests {
     use super::*;
-    use crate::prism::Prism;
     use crate::walk::tests::plane;
 
     #[test]

@@ -395,8 +395,8 @@ fn prism(rng: &mut Rng, depth: f64) -> Sample {
     let wide = double::prism::Prism::new(&wide_prism(&data), f64::from(depth));
     let target = prism.point(x);
     let start = Vec3::new(0.25, 0.25, 0.5);
-    let (found, _) = single::prism::solve(|| prism, target, start, 8);
-    let (expected, _) = double::prism::solve(|| wide, target.as_dvec3(), start.as_dvec3(), 8);
+    let (found, _) = prism.solve(target, start, 8);
+    let (expected, _) = wide.solve(target.as_dvec3(), start.as_dvec3(), 8);
     // Depth is a fraction: its rounding is relative to the depth.
     let apart = (found.as_dvec3() - expected).abs();
     Sample::Error(apart.x.max(apart.y).max(apart.z * f64::from(depth)))
@@ -429,13 +429,10 @@ fn walk(rng: &mut Rng, v_z: f64) -> Sample {
     let found = single::walk::search(
         &single::walk::Field {
             prisms: &Alone(data),
-            depth: object.depth,
+            object: &object,
             tolerance: TOLERANCE,
             slack: 0.0,
-            profile: &single::profile::Profile::new(&object),
-            map: &single::shape_map::ShapeMap::new(&object),
             texels: &DISC[..],
-            linear_steps: object.linear_steps,
             binary_steps: object.binary_steps,
         },
         0,
@@ -445,13 +442,10 @@ fn walk(rng: &mut Rng, v_z: f64) -> Sample {
     let expected = double::walk::search(
         &double::walk::Field {
             prisms: &Alone(wide_prism(&data)),
-            depth: wide.depth,
+            object: &wide,
             tolerance: f64::from(TOLERANCE),
             slack: 0.0,
-            profile: &double::profile::Profile::new(&wide),
-            map: &double::shape_map::ShapeMap::new(&wide),
             texels: &DISC[..],
-            linear_steps: object.linear_steps,
             binary_steps: object.binary_steps,
         },
         0,
