@@ -15,7 +15,7 @@ const SERIES: u64 = 3;
 
 /// Number of scenes to test.
 fn scenes() -> u64 {
-    std::env::var("RELIEVO_SCENES").map_or(8, |text| text.parse().unwrap())
+    std::env::var("RELIEVO_SCENES").map_or(4, |text| text.parse().unwrap())
 }
 
 #[test]
