@@ -22,7 +22,7 @@ use std::sync::OnceLock;
 const SPILL: [(&str, &str, &[&str]); 6] = [
     // Four to ten registers.
     ("RDNA2", "relievo_exact", PRISMS),
-    // One and six registers.
+    // Six registers and one.
     ("RDNA2", "relievo_fused", PRISMS.split_at(2).0),
     // Four registers.
     ("RDNA2", "relievo_fast", PRISMS.split_at(1).0),
@@ -304,9 +304,9 @@ fn no_shader_spills_registers() {
     let table = table(all);
     for row in Compiled::rows(&table) {
         // Shading is a pass of its own: what counts is how many of its waves fit. These
-        // devices fuse sums, and never draw with the modules that do not.
-        let is_shading = row.entry_point.starts_with("shade");
-        let may_be_large = is_shading || row.folder == "relievo_exact";
+        // devices fuse sums, and draw no prisms with the modules that do not.
+        let may_be_large = row.entry_point.starts_with("shade")
+            || row.folder == "relievo_exact" && row.entry_point.contains("prisms");
         let has_room = row.vgprs <= 128 || (may_be_large && row.waves >= 8);
         let fits = has_room && row.spilled_vgprs == 0 && row.scratch == 0;
         assert!(fits, "{row}");
