@@ -12,14 +12,12 @@
 //! numbers, and the signs of two residuals tell which.
 
 use crate::bits::{EXPONENT, LARGEST, MANTISSA, SIGN};
+#[cfg(any(target_arch = "spirv", test))]
+use crate::moderate::SMALLEST_SQUARE;
 use crate::native::native_fma;
 #[cfg(target_arch = "spirv")]
 use crate::native::{native_div, native_sqrt};
 use crate::rounding::{Division, Root};
-
-/// The smallest moderate operand of a root: 2⁻⁷⁹.
-#[cfg(target_arch = "spirv")]
-const SMALLEST: f32 = 1.654_361_2e-24;
 
 /// Returns 1 / `y` from an `estimate`: rounded to nearest, but for 32 of 2²³ mantissas,
 /// and for powers of two, where the next number serves as well.
@@ -114,9 +112,15 @@ pub(crate) fn moderate_div(a: f32, b: f32) -> f32 {
 #[inline]
 pub(crate) fn moderate_sqrt(x: f32) -> f32 {
     let estimate = native_sqrt(x);
-    let root = root(x, estimate, native_div(0.5, estimate));
-    // Of 0, the estimate's reciprocal is infinite.
-    if x < SMALLEST { 0.0 } else { root }
+    moderate_root(x, estimate, native_div(0.5, estimate))
+}
+
+/// Returns √`x` from an `estimate` and the `half` of its reciprocal; 0 if `x` is too small
+/// for the residuals.
+#[inline]
+fn moderate_root(x: f32, estimate: f32, half: f32) -> f32 {
+    let root = root(x, estimate, half);
+    if x < SMALLEST_SQUARE { 0.0 } else { root }
 }
 
 #[cfg(test)]
@@ -277,6 +281,32 @@ mod tests {
             assert_eq!(root(x, estimate, half), x.sqrt(), "√{x:e}");
         }
         assert_eq!(quotient(0.0, 3.0, 1.0 / 3.0), 0.0);
+    }
+
+    /// A root of any finite number, of denormal numbers too, is that of the CPU.
+    #[test]
+    fn moderate_roots_are_those_of_the_cpu() {
+        let mut random = Rng::with_seed(7);
+        let edges = [SMALLEST_SQUARE, SMALLEST_SQUARE.next_down(), f32::MAX, 0.0];
+        let others = core::iter::repeat_with(|| f32::from_bits(random.u32(..) & !SIGN));
+        for x in edges.into_iter().chain(others.take(4_000_000)) {
+            if !x.is_finite() {
+                continue;
+            }
+            // A device may flush what it estimates, or its estimate.
+            let x_or_0 = if x.is_normal() { x } else { 0.0 };
+            for estimate in [x.sqrt(), disturbed(x_or_0.sqrt(), 3), 0.0] {
+                if estimate == 0.0 && x >= SMALLEST_SQUARE {
+                    continue;
+                }
+                let found = moderate_root(x, estimate, 0.5 / estimate);
+                assert_eq!(
+                    found.to_bits(),
+                    crate::moderate::sqrt(x).to_bits(),
+                    "√{x:e}"
+                );
+            }
+        }
     }
 
     /// The tests above can fail: an estimate off by more than is made good.

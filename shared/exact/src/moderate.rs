@@ -1,10 +1,11 @@
 //! Division and roots of numbers of moderate size, with fewer instructions.
 //!
-//! Dividends are 0 or 2⁻⁷⁹…2⁷⁹ in magnitude, divisors 2⁻⁷⁹…2⁷⁹, and what a root is taken of
-//! is at least 2⁻⁷⁹, or not above 0. So is most of what a program computes. The results
-//! are those of [`crate::div`], [`crate::sqrt`] and [`crate::normalize_or`]; where a
-//! device fuses sums (feature `fused`), half of their instructions are saved, which take
-//! apart and put together exponents. For other operands, a device may differ from the CPU.
+//! Dividends are 0 or 2⁻⁷⁹…2⁷⁹ in magnitude, and divisors 2⁻⁷⁹…2⁷⁹. So are most of those
+//! of a program. Roots are of any number that is finite; those of less than 2⁻⁷⁹ are 0. All
+//! other results are those of [`crate::div`], [`crate::sqrt`] and [`crate::normalize_or`];
+//! where a device fuses sums (feature `fused`), half of their instructions are saved, which
+//! take apart and put together exponents. For other operands, a device may differ from the
+//! CPU.
 //!
 //! ```
 //! use relievo_exact::moderate::{div, sqrt};
@@ -13,6 +14,11 @@
 //! ```
 
 use crate::vector::Vector;
+
+/// The smallest number whose root is not 0: 2⁻⁷⁹. The residuals of smaller roots are not
+/// normal numbers.
+#[cfg(any(feature = "corrected", not(target_arch = "spirv")))]
+pub(crate) const SMALLEST_SQUARE: f32 = 1.654_361_2e-24;
 
 /// Returns `a / b`, rounded to nearest, as [`crate::div`] does.
 #[inline]
@@ -25,14 +31,29 @@ pub fn div(a: f32, b: f32) -> f32 {
     crate::basic::div(a, b)
 }
 
-/// Returns the square root of `x`, rounded to nearest; 0 for a negative `x`.
+/// Returns the square root of `x`, rounded to nearest; 0 if `x` < 2⁻⁷⁹.
+///
+/// ```
+/// use relievo_exact::moderate::sqrt;
+///
+/// assert_eq!((sqrt(2.0), sqrt(1e-24), sqrt(-1.0)), (2.0_f32.sqrt(), 0.0, 0.0));
+/// ```
 #[inline]
 pub fn sqrt(x: f32) -> f32 {
     #[cfg(all(feature = "fused", target_arch = "spirv"))]
     {
         crate::fused::moderate_sqrt(x)
     }
-    #[cfg(not(all(feature = "fused", target_arch = "spirv")))]
+    #[cfg(all(
+        any(feature = "corrected", not(target_arch = "spirv")),
+        not(all(feature = "fused", target_arch = "spirv"))
+    ))]
+    if x < SMALLEST_SQUARE {
+        0.0
+    } else {
+        crate::basic::sqrt(x)
+    }
+    #[cfg(not(any(feature = "corrected", not(target_arch = "spirv"))))]
     crate::basic::sqrt(x)
 }
 

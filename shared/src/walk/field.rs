@@ -50,10 +50,10 @@ pub struct Field<'a, S: PrismList + ?Sized, T: Texels + ?Sized> {
     /// length.
     pub tolerance: Real,
     /// Largest distance before the solid at which the search may end, texels per unit of
-    /// the ray's length.
+    /// the ray's length: the object's, but 0 for shadow rays.
     pub slack: Real,
     /// The pattern's texels.
     pub texels: &'a T,
-    /// Number of bisections after the linear search.
+    /// Number of bisections after the linear search: the object's, but 0 for shadow rays.
     pub binary_steps: u32,
 }

@@ -233,7 +233,7 @@ impl<S: PrismList + ?Sized, T: Texels + ?Sized> Field<'_, S, T> {
     /// leaves its prism.
     #[inline]
     pub(super) fn follow(&self, start: Traveller, enter: Real, on_cap: bool) -> (Found, Real) {
-        // Not before: the search for the entrance has no registers to keep them.
+        // Read only here: during the search for the entrance they would occupy registers.
         let profile = Profile::new(self.object);
         let map = ShapeMap::new(self.object);
         let mut at = start;
