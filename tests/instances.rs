@@ -2,10 +2,11 @@
 
 use relievo::oracle::{MeshOracle, Truth};
 use relievo::prepare::{PreparedScene, prepare};
-use relievo::render::gpu::{Extent, Memory, Pictures};
-use relievo::render::{CpuRenderer, Hits, Renderer};
+use relievo::render::gpu::{Choice, Extent, Memory, Pictures, Shaders};
+use relievo::render::{CpuRenderer, GpuRenderer, Hits, Renderer};
 use relievo::scene::{Camera, Grid, Instance, Instances, Scene, SceneObject, Tier};
-use relievo_tests::asset;
+use relievo::verify::compare;
+use relievo_tests::{asset, every_adapter};
 use std::sync::Arc;
 
 const COPIES: [Instance; 3] = [
@@ -115,6 +116,40 @@ fn each_pixel_knows_its_copy() {
     assert!(astray * 200 < seen.iter().sum(), "{astray} of {seen:?}");
 }
 
+/// Copies are drawn at once where they follow each other: here they do, do not, are alone, and lie
+/// outside the picture. In the fast tier the tori ask for their exits.
+#[test]
+fn copies_have_the_same_words_on_gpu_and_cpu() {
+    let grid = |count, spacing| Instances::Grid(Grid { count, spacing });
+    for tier in [Tier::Planar, Tier::Fast, Tier::Accurate] {
+        let tori = || object(tier).scale(0.3);
+        let scene = scene([
+            tori().instances(grid([40, 1, 12], [0.9, 1.0, 0.9])),
+            object(tier).scale(0.5).translate([0.0, 1.0, 0.0]),
+            tori().instances(grid([3, 3, 3], [0.8; 3])),
+            tori().depth(0.05).instances(Instances::List(COPIES.into())),
+        ]);
+        let mut cpu = CpuRenderer::new(&scene);
+        let color = cpu.color(&scene.frame).unwrap();
+        let geometry = cpu.geometry(&scene.frame).unwrap();
+        for adapter in every_adapter()
+            .iter()
+            .filter(|adapter| adapter.takes_spirv())
+        {
+            let choice = Choice::These(Shaders::Exact);
+            let mut gpu = GpuRenderer::new(&scene, adapter, choice).unwrap();
+            let own_color = gpu.color(&scene.frame).unwrap();
+            let own_geometry = gpu.geometry(&scene.frame).unwrap();
+            let agreement = compare([&own_color, &color], [&own_geometry, &geometry]);
+            assert!(
+                agreement.is_exact(),
+                "{tier:?}, {}: {agreement:?}",
+                adapter.describe()
+            );
+        }
+    }
+}
+
 #[test]
 fn the_oracle_knows_copies() {
     let scene = shared(Tier::Accurate);
@@ -142,8 +177,8 @@ fn copies_share_memory() {
     let many = memory(&prepared);
     assert_eq!(prepared.objects.len(), 400);
     assert_eq!((many.prisms, many.maps), (one.prisms, one.maps));
-    // A frame each, and outlines.
-    assert_eq!(many.parameters - one.parameters, 399 * 256);
+    // A frame each, with room beyond the last one, and outlines.
+    assert!(many.parameters - one.parameters < 400 * 512);
     assert!(many.outlines < 25 << 20);
     let first = &prepared.objects[0];
     for object in &prepared.objects {

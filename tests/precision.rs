@@ -349,7 +349,7 @@ fn worst_differences(count: u32, perturbation: f64) -> Worst {
         };
         // Every other ray has an exit.
         let words = if worst.traced % 2 == 0 {
-            exit.words(object)
+            exit.words(object.number)
         } else {
             glam::UVec4::ZERO
         };

@@ -4,12 +4,15 @@
 //! The entry points are generated from the list in `relievo_shared::shaders`.
 //!
 //! Bindings of group 0, all read-only storage buffers of plain scalars:
-//! 0 [`Frame`], 1 [`Object`], 2 the object's facets ([`Triangle`],
+//! 0 a [`Frame`] for each copy of the object, 1 [`Object`], 2 the object's facets ([`Triangle`],
 //! [`PlanarTriangle`] or [`PrismData`], as the list says), 3 the words of its shape
 //! map. Binding 0 of group 1 is the picture that `exits` has written, for models that
 //! ask for exits. Binding 0 of group 2 are outlines around the facets' pixels: compute entry
 //! points find them, with the outlines in binding 0 of group 1. Draws are not indexed: three
 //! vertices a facet; the fragment shader decides by an exact test.
+//!
+//! Copies of an object may be drawn at once if the specialization constant 0, `has_copies`, is 1: then
+//! facets are numbered through all copies. It is 0 in the files.
 //!
 //! `shade` is drawn over the whole picture, after the G-buffer, with bindings of its own.
 #![cfg_attr(target_arch = "spirv", no_std)]
@@ -135,6 +138,22 @@ fn corners(outline: &Outline) -> Corners {
     [a.x, a.y, b.x, b.y, c.x, c.y]
 }
 
+/// Returns the copy of facet `index`, and its number in the object.
+///
+/// Where `has_copies` is 0, compilers see that the frame is the same for all pixels.
+#[inline]
+fn copy_of(index: u32, object: &Object, has_copies: u32) -> (u32, u32) {
+    let copy = index.checked_div(object.facets).unwrap_or(0) * has_copies;
+    (copy, index - copy * object.facets)
+}
+
+/// Returns the frame of a copy.
+#[inline]
+fn frame_of(frames: &[Frame], copy: u32) -> &Frame {
+    // SAFETY: the host binds a frame for each copy that it draws.
+    unsafe { frames.index_unchecked(copy as usize) }
+}
+
 /// Facets of a row of invocations; a grid has more than one row where there are more. The host
 /// binds room for all invocations.
 const ROW: u32 = 1 << 13;
@@ -146,13 +165,15 @@ macro_rules! outline_entry_point {
         #[spirv(compute(threads(64)))]
         pub fn $name(
             #[spirv(global_invocation_id)] id: UVec3,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(spec_constant(id = 0))] has_copies: u32,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frames: &[Frame],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(storage_buffer, descriptor_set = 1, binding = 0)] outlines: &mut [Corners],
         ) {
             let index = id.x + ROW * id.y;
-            let outline = $outline(facets, frame, object, index);
+            let (copy, facet) = copy_of(index, object, has_copies);
+            let outline = $outline(facets, frame_of(frames, copy), object, facet);
             // SAFETY: the host binds room for all invocations.
             unsafe { *outlines.index_unchecked_mut(index as usize) = corners(&outline) };
         }
@@ -201,14 +222,14 @@ macro_rules! facet_entry_points {
         #[spirv(vertex)]
         pub fn $vertex(
             #[spirv(vertex_index)] vertex_index: u32,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frames: &[Frame],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(position)] position: &mut Vec4,
             #[spirv(flat)] facet_index: &mut u32,
         ) {
             let index = vertex_index / 3;
-            let outline = $facet::outline(facets, frame, object, index);
+            let outline = $facet::outline(facets, frame_of(frames, 0), object, index);
             let corner = outline_corner(&outline, vertex_index - 3 * index);
             *position = vec4(corner.x, corner.y, 0.5, 1.0);
             *facet_index = index;
@@ -222,20 +243,24 @@ for_each_facet!(facet_entry_points);
 #[spirv(fragment(depth_replacing))]
 pub fn exits(
     #[spirv(frag_coord)] coordinate: Vec4,
-    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+    #[spirv(spec_constant(id = 0))] has_copies: u32,
+    #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frames: &[Frame],
     #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
     #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[Triangle],
     #[spirv(flat)] index: u32,
     #[spirv(frag_depth)] depth: &mut f32,
     words: &mut UVec4,
 ) {
-    let triangle = Triangle::over(facets, index);
+    let (copy, facet) = copy_of(index, object, has_copies);
+    let frame = frame_of(frames, copy);
+    let triangle = Triangle::over(facets, facet);
     let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
     let (found, reversed_depth) = exit::meet(frame, direction, &triangle);
     if !found.hit {
         kill();
     }
-    *words = Exit::new(object, direction, &triangle, &found).words(object);
+    let number = exit::number(frame, object);
+    *words = Exit::new(object, direction, &triangle, &found).words(number);
     *depth = reversed_depth;
 }
 
@@ -279,7 +304,8 @@ macro_rules! color_entry_point {
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
             #[spirv(frag_coord)] coordinate: Vec4,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(spec_constant(id = 0))] has_copies: u32,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frames: &[Frame],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
@@ -291,7 +317,9 @@ macro_rules! color_entry_point {
             let texels = TexelBuffer(words);
             let given = object;
             $(let object = &known::<{ $facts }>(given);)?
-            let over = $facet::over(facets, index);
+            let (copy, facet) = copy_of(index, object, has_copies);
+            let frame = frame_of(frames, copy);
+            let over = $facet::over(facets, facet);
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
@@ -315,7 +343,8 @@ macro_rules! geometry_entry_point {
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
             #[spirv(frag_coord)] coordinate: Vec4,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(spec_constant(id = 0))] has_copies: u32,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frames: &[Frame],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
@@ -327,7 +356,9 @@ macro_rules! geometry_entry_point {
         ) {
             let texels = TexelBuffer(words);
             $(let object = &known::<{ $facts }>(object);)?
-            let over = $facet::over(facets, index);
+            let (copy, facet) = copy_of(index, object, has_copies);
+            let frame = frame_of(frames, copy);
+            let over = $facet::over(facets, facet);
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
@@ -347,7 +378,8 @@ macro_rules! surface_entry_point {
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
             #[spirv(frag_coord)] coordinate: Vec4,
-            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frame: &Frame,
+            #[spirv(spec_constant(id = 0))] has_copies: u32,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 0)] frames: &[Frame],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
             #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
             #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
@@ -360,7 +392,9 @@ macro_rules! surface_entry_point {
             let texels = TexelBuffer(words);
             let given = object;
             $(let object = &known::<{ $facts }>(given);)?
-            let over = $facet::over(facets, index);
+            let (copy, facet) = copy_of(index, object, has_copies);
+            let frame = frame_of(frames, copy);
+            let over = $facet::over(facets, facet);
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
@@ -370,7 +404,7 @@ macro_rules! surface_entry_point {
             $(let object = &known::<{ $facts }>(object);)?
             let ray = Ray { frame, object, direction };
             (*place, *surface) =
-                gbuffer::words::<$model, _, _>(&ray, &over, &texels, &entry, &traced, index);
+                gbuffer::words::<$model, _, _>(&ray, &over, &texels, &entry, &traced, facet);
             *depth = traced.hit.depth;
         }
     };

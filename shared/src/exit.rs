@@ -28,6 +28,12 @@ pub struct Exit {
     pub depth: Real,
 }
 
+/// Returns the number by which exits of `object` are known, which is drawn with `frame`.
+#[inline]
+pub fn number(frame: &Frame, object: &Object) -> u32 {
+    object.number.wrapping_add(frame.number)
+}
+
 /// The nearest back face on the ray of one pixel, as [`Exit::words`] stores it.
 pub trait Exits {
     /// Returns its words; zeros where there is none.
@@ -94,27 +100,27 @@ impl Exit {
     }
 
     /// Returns the words of a picture's pixel: t as the bits of f32; the slope as a fraction of
-    /// 16 bits, and the upper 16 bits of h; the bits of the facet depth with the number of
-    /// `object` in the lowest 8; u and v as fractions of 16 bits.
+    /// 16 bits, and the upper 16 bits of h; the bits of the facet depth with the `number` of
+    /// the object in the lowest 8; u and v as fractions of 16 bits.
     #[inline]
     #[allow(clippy::unnecessary_cast)] // Real may be f64.
-    pub fn words(&self, object: &Object) -> UVec4 {
+    pub fn words(&self, number: u32) -> UVec4 {
         let fraction = |x: Real| ((x - floor(x)) * 65_536.0) as u32 & 0xffff;
         UVec4::new(
             (self.t as f32).to_bits(),
             (self.slope * 65_535.0) as u32 | ((self.depth as f32).to_bits() & UPPER),
-            ((self.facet_depth as f32).to_bits() & !NUMBER) | (object.number & NUMBER),
+            ((self.facet_depth as f32).to_bits() & !NUMBER) | (number & NUMBER),
             fraction(self.uv.x) | fraction(self.uv.y) << 16,
         )
     }
 
-    /// Returns the exit of `words`; its t is 0 unless it is one of `object`.
+    /// Returns the exit of `words`; its t is 0 unless it is one of the object of this `number`.
     #[inline]
-    pub fn from_words(words: UVec4, object: &Object) -> Exit {
+    pub fn from_words(words: UVec4, number: u32) -> Exit {
         const SLOPE_STEP: Real = 1.0 / 65_535.0;
         const UV_STEP: Real = 1.0 / 65_536.0;
         let (t, slope_and_depth, facet_depth, uv) = (words.x, words.y, words.z, words.w);
-        let is_own = facet_depth & NUMBER == object.number & NUMBER;
+        let is_own = facet_depth & NUMBER == number & NUMBER;
         Exit {
             t: if is_own {
                 f32::from_bits(t) as Real
@@ -140,10 +146,6 @@ mod tests {
 
     #[test]
     fn words_keep_the_exit_of_their_own_object() {
-        let object = |number| Object {
-            number,
-            ..Object::default()
-        };
         let exit = Exit {
             t: 3.25,
             slope: 0.7,
@@ -151,15 +153,15 @@ mod tests {
             uv: Vec2::new(-1.25, 7.5),
             depth: 0.03,
         };
-        let words = exit.words(&object(3));
-        let found = Exit::from_words(words, &object(3));
+        let words = exit.words(3);
+        let found = Exit::from_words(words, 3);
         assert_eq!(found.t, exit.t);
         assert!((found.slope - exit.slope).abs() < 2e-5);
         assert!((found.depth - exit.depth).abs() < 0.01 * exit.depth);
         assert!((found.facet_depth - exit.facet_depth).abs() < 1e-4 * exit.facet_depth);
         assert_eq!(found.uv, Vec2::new(0.75, 0.5));
-        assert_eq!(Exit::from_words(words, &object(4)).t, 0.0);
-        assert_eq!(Exit::from_words(UVec4::ZERO, &object(3)).t, 0.0);
+        assert_eq!(Exit::from_words(words, 4).t, 0.0);
+        assert_eq!(Exit::from_words(UVec4::ZERO, 3).t, 0.0);
     }
 
     #[test]

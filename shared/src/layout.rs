@@ -242,6 +242,8 @@ pub struct Frame {
     pub unit: Real,
     /// The axes of object space, world axes: the columns of a rotation.
     pub axes: [[Real; 3]; 3],
+    /// What the [`number`](Object::number) of a copy is larger by than its first copy's.
+    pub number: u32,
 }
 
 /// The axes of a space that is not turned.
@@ -318,6 +320,8 @@ pub struct Object {
     /// [`FINISHES`](crate::shading::layout::FINISHES) times this. The flag
     /// [`KNOWS_EDGES`](crate::gbuffer::KNOWS_EDGES) may be set.
     pub finish: u32,
+    /// Number of its facets. Copies that are drawn at once number theirs one after another.
+    pub facets: u32,
 }
 
 /// Quotients of an [`Object`]'s parameters, so that pixels do not divide by them: the exact
@@ -378,13 +382,13 @@ const _: () = {
         size_of::<Slab>() == 20 && size_of::<PrismData>() == 336 && align_of::<PrismData>() == 4
     );
     assert!(offset_of!(PrismData, facet) == 204 && offset_of!(PrismData, neighbours) == 324);
-    assert!(size_of::<Frame>() == 172 && align_of::<Frame>() == 4);
+    assert!(size_of::<Frame>() == 176 && align_of::<Frame>() == 4);
     assert!(
         offset_of!(Frame, right) == 16
             && offset_of!(Frame, size) == 124
             && offset_of!(Frame, unit) == 132
     );
-    assert!(size_of::<Object>() == 176 && align_of::<Object>() == 4);
+    assert!(size_of::<Object>() == 180 && align_of::<Object>() == 4);
     assert!(offset_of!(Object, cap_color) == 48 && offset_of!(Object, shininess) == 96);
     assert!(offset_of!(Object, quotients) == 148);
 };

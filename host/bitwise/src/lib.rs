@@ -44,6 +44,7 @@ mod attempt;
 pub mod canary;
 pub mod check;
 pub mod compare;
+mod constants;
 mod device;
 mod error;
 pub mod generate;

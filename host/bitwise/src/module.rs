@@ -8,14 +8,16 @@
 //! ```
 
 use crate::spirv::{HEADER, MAGIC, instructions, literal, opcode};
-use crate::{Device, DeviceError, memory_model};
+use crate::{Device, DeviceError, constants, memory_model};
 use relievo_translate::portable;
 use std::borrow::Cow;
+use std::sync::Arc;
 
 /// How a module reaches the driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Route {
-    /// Unchanged, except for a memory model that nothing in it needs. Requires
+    /// Unchanged, except for a memory model that nothing in it needs and the values of
+    /// specialization constants. Requires
     /// Vulkan with shader passthrough. The only route that keeps NoContraction and
     /// the float controls.
     Untouched,
@@ -38,8 +40,10 @@ pub struct EntryPoint {
 /// Compiled SPIR-V in one or more files, each with one or more entry points.
 #[derive(Clone, Debug)]
 pub struct Module {
-    files: Vec<File>,
+    files: Arc<[File]>,
     route: Route,
+    /// Values of specialization constants, by id.
+    constants: Vec<(u32, u32)>,
 }
 
 #[derive(Clone, Debug)]
@@ -76,7 +80,21 @@ impl Module {
             .iter()
             .map(|bytes| File::new(bytes))
             .collect::<Result<_, _>>()?;
-        Ok(Module { files, route })
+        Ok(Module {
+            files,
+            route,
+            constants: Vec::new(),
+        })
+    }
+
+    /// Returns the module with this value of the specialization constant `id`, which is a u32
+    /// or an i32. Others have the value that is in the files.
+    #[must_use]
+    pub fn with_constant(&self, id: u32, value: u32) -> Module {
+        let mut module = self.clone();
+        module.constants.retain(|(known, _)| *known != id);
+        module.constants.push((id, value));
+        module
     }
 
     /// Returns how the module reaches the driver.
@@ -121,7 +139,8 @@ impl Module {
         let refused = |message| DeviceError::Module {
             message: format!("the file with {entry_point:?}: {message}"),
         };
-        let mut module = portable::read(&self.wanted(entry_point)?.words).map_err(refused)?;
+        let words = constants::set(&self.wanted(entry_point)?.words, &self.constants);
+        let mut module = portable::read(&words).map_err(refused)?;
         portable::lower(&mut module).map_err(refused)?;
         Ok(module)
     }
@@ -129,10 +148,13 @@ impl Module {
     /// Returns the SPIR-V with an entry point as the driver or naga gets it; `None`
     /// if there is no such entry point.
     pub fn spirv(&self, entry_point: &str) -> Option<Cow<'_, [u32]>> {
-        let words = &self.file(entry_point)?.words;
+        let words = constants::set(&self.file(entry_point)?.words, &self.constants);
         Some(match self.route {
-            Route::Untouched => memory_model::plain(words),
-            Route::Portable => Cow::Borrowed(words.as_slice()),
+            Route::Untouched => match words {
+                Cow::Borrowed(words) => memory_model::plain(words),
+                Cow::Owned(words) => memory_model::plain(&words).into_owned().into(),
+            },
+            Route::Portable => words,
         })
     }
 
@@ -184,7 +206,7 @@ impl Module {
                             wgpu::ShaderModuleDescriptorPassthrough {
                                 label: Some("bitwise"),
                                 entry_points,
-                                spirv: Some(memory_model::plain(&file.words)),
+                                spirv: self.spirv(entry_point),
                                 ..Default::default()
                             },
                         )

@@ -138,6 +138,7 @@ structs! {
         size: [f32; 2], "pixels", "Width and height of the picture, integers.";
         unit: f32, "world units", "World units per object unit; not read by these shaders.";
         axes: [[f32; 3]; 3], "", "Axes of object space; not read by these shaders.";
+        number: u32, "", "Added to the object's number.";
     }
     quotients Quotients "What follows from an object's parameters: change it with them." {
         gradient_offset: [f32; 2], "repeats", "`map_reach` / `map_size`.";
@@ -177,6 +178,7 @@ structs! {
         number: u32, "", "Number of the object in its scene. Exported shaders do not read it.";
         quotients: layout::Quotients, "", "What follows from the other parameters.";
         finish: u32, "", "Number of the object's materials. Exported shaders do not read it.";
+        facets: u32, "", "Number of the object's facets.";
     }
     corner Corner "One corner of a triangle." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";
@@ -253,12 +255,12 @@ pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
     [
         Binding {
             number: 0,
-            name: "frame",
+            name: "frames",
             file: "frame.bin",
             element: Element::Struct("Frame"),
-            is_array: false,
+            is_array: true,
             in_vertex: true,
-            about: "camera, light and size of the picture",
+            about: "camera, light and size of the picture: one",
         },
         Binding {
             number: 1,

@@ -89,6 +89,7 @@ pub fn wide_object(object: &Object) -> double::Object {
         parts: object.parts,
         number: object.number,
         finish: object.finish,
+        facets: object.facets,
         quotients: double::Quotients::default(),
     }
     .complete()
@@ -111,6 +112,7 @@ pub fn wide_frame(frame: &Frame) -> double::Frame {
         size: wide(frame.size),
         unit: f64::from(frame.unit),
         axes: frame.axes.map(wide),
+        number: frame.number,
     }
 }
 

@@ -94,6 +94,7 @@ pub(super) fn prepare_object(
         // Set below.
         number: 0,
         finish: 0,
+        facets: mesh.triangles.len() as u32,
         quotients: Quotients::default(),
     }
     .complete();

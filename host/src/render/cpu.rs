@@ -385,7 +385,7 @@ impl<'a> CpuRenderer<'a> {
                 let triangle = &object.triangles[order[1] as usize];
                 let parameters = &object.parameters;
                 let direction = self.direction(frame, tile, i, order[0]);
-                Exit::new(parameters, direction, triangle, &facet).words(parameters)
+                Exit::new(parameters, direction, triangle, &facet).words(parameters.number)
             })
         })
     }

@@ -39,7 +39,7 @@ const OTHER: &[u32] = &[
     10, 11, // Extension, ExtInstImport
     14, 15, 16, 17, // MemoryModel, EntryPoint, ExecutionMode, Capability
     19, 20, 21, 23, 25, 28, 29, 30, 32, 33, // types
-    41, 42, 43, 44, 46, // constants
+    41, 42, 43, 44, 46, 50, // constants
     54, 55, 56, 57, 59, // functions and variables
     61, 62, 65, 66, // Load, Store, AccessChain, InBoundsAccessChain
     71, 72, // Decorate, MemberDecorate

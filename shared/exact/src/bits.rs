@@ -7,6 +7,11 @@ pub(crate) const IMPLICIT: u32 = 0x0080_0000;
 pub(crate) const ONE: u32 = 0x3f80_0000;
 pub(crate) const LARGEST: u32 = 0x7f7f_ffff;
 
+/// The smallest number whose moderate root is not 0: 2⁻⁷⁹. The residuals of smaller roots
+/// are not normal numbers.
+#[cfg(any(feature = "corrected", not(target_arch = "spirv")))]
+pub(crate) const SMALLEST_SQUARE: f32 = 1.654_361_2e-24;
+
 /// The largest number below 1.
 pub(crate) const LARGEST_BELOW_ONE: f32 = 0.999_999_94;
 

@@ -11,9 +11,7 @@
 //! of Floating-Point Arithmetic, section 4.7). The tests try what the theorem leaves out. Root: one correction gives one of the two nearest
 //! numbers, and the signs of two residuals tell which.
 
-use crate::bits::{EXPONENT, LARGEST, MANTISSA, SIGN};
-#[cfg(any(target_arch = "spirv", test))]
-use crate::moderate::SMALLEST_SQUARE;
+use crate::bits::{EXPONENT, LARGEST, MANTISSA, SIGN, SMALLEST_SQUARE};
 use crate::native::native_fma;
 #[cfg(target_arch = "spirv")]
 use crate::native::{native_div, native_sqrt};
@@ -120,7 +118,7 @@ pub(crate) fn moderate_sqrt(x: f32) -> f32 {
 #[inline]
 fn moderate_root(x: f32, estimate: f32, half: f32) -> f32 {
     let root = root(x, estimate, half);
-    if x < SMALLEST_SQUARE { 0.0 } else { root }
+    if x >= SMALLEST_SQUARE { root } else { 0.0 }
 }
 
 #[cfg(test)]

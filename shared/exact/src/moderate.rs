@@ -13,12 +13,14 @@
 //! assert_eq!((div(1.0, 3.0), sqrt(2.0)), (1.0 / 3.0, 2.0_f32.sqrt()));
 //! ```
 
+#[cfg(all(feature = "fused", target_arch = "spirv"))]
+use crate::fused as correction;
+#[cfg(all(
+    feature = "corrected",
+    not(all(feature = "fused", target_arch = "spirv"))
+))]
+use crate::rounding as correction;
 use crate::vector::Vector;
-
-/// The smallest number whose root is not 0: 2⁻⁷⁹. The residuals of smaller roots are not
-/// normal numbers.
-#[cfg(any(feature = "corrected", not(target_arch = "spirv")))]
-pub(crate) const SMALLEST_SQUARE: f32 = 1.654_361_2e-24;
 
 /// Returns `a / b`, rounded to nearest, as [`crate::div`] does.
 #[inline]
@@ -40,21 +42,20 @@ pub fn div(a: f32, b: f32) -> f32 {
 /// ```
 #[inline]
 pub fn sqrt(x: f32) -> f32 {
-    #[cfg(all(feature = "fused", target_arch = "spirv"))]
+    #[cfg(feature = "corrected")]
     {
-        crate::fused::moderate_sqrt(x)
+        correction::moderate_sqrt(x)
     }
-    #[cfg(all(
-        any(feature = "corrected", not(target_arch = "spirv")),
-        not(all(feature = "fused", target_arch = "spirv"))
-    ))]
-    if x < SMALLEST_SQUARE {
+    #[cfg(all(target_arch = "spirv", not(feature = "corrected")))]
+    {
+        crate::basic::sqrt(x)
+    }
+    #[cfg(not(any(feature = "corrected", target_arch = "spirv")))]
+    if x < crate::bits::SMALLEST_SQUARE {
         0.0
     } else {
         crate::basic::sqrt(x)
     }
-    #[cfg(not(any(feature = "corrected", not(target_arch = "spirv"))))]
-    crate::basic::sqrt(x)
 }
 
 /// Returns `v` scaled to length 1, or `fallback` if `v` is too short, as

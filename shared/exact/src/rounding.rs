@@ -16,6 +16,8 @@
 //! assert_eq!(division.rounded(estimate), 1.0 / 3.0);
 //! ```
 
+#[cfg(feature = "corrected")]
+use crate::bits::SMALLEST_SQUARE;
 use crate::bits::{EXPONENT, IMPLICIT, LARGEST, MANTISSA, ONE, SIGN};
 use crate::native::native_div;
 #[cfg(feature = "corrected")]
@@ -45,6 +47,18 @@ pub(crate) fn div(a: f32, b: f32) -> f32 {
 pub(crate) fn sqrt(x: f32) -> f32 {
     let root = Root::new(x);
     root.rounded(native_sqrt(root.operand()))
+}
+
+/// [`moderate::sqrt`](crate::moderate::sqrt).
+#[cfg(all(
+    feature = "corrected",
+    not(all(feature = "fused", target_arch = "spirv"))
+))]
+#[inline]
+pub(crate) fn moderate_sqrt(x: f32) -> f32 {
+    let root = Root::new(x);
+    let bits = root.bits(native_sqrt(root.operand()));
+    f32::from_bits(if x >= SMALLEST_SQUARE { bits } else { 0 })
 }
 
 /// The operands of a division, which the device estimates without their exponents.
@@ -173,6 +187,13 @@ impl Root {
     /// [`LARGEST_ERROR`]; 0 for a denormal x.
     #[inline]
     pub fn rounded(self, estimate: f32) -> f32 {
+        let is_zero = self.x & EXPONENT == 0;
+        f32::from_bits(if is_zero { 0 } else { self.bits(estimate) })
+    }
+
+    /// Returns the bits of [`Root::rounded`] for an x that is not denormal.
+    #[inline]
+    fn bits(self, estimate: f32) -> u32 {
         let mantissa = self.x & MANTISSA | IMPLICIT;
         // q² + residual = mantissa · 2^23 or 2^24, of up to 48 bits: the low 32
         // of both are enough, since their difference is small.
@@ -194,8 +215,7 @@ impl Root {
         // Half the exponent, with the bias put back: (e − 127) / 2 + 127.
         let exponent = (self.x >> 23) & 255;
         let half = (exponent + 127) >> 1;
-        let bits = (half << 23).wrapping_add(root - IMPLICIT);
-        f32::from_bits(if exponent == 0 { 0 } else { bits })
+        (half << 23).wrapping_add(root - IMPLICIT)
     }
 }
 

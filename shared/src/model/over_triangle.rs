@@ -3,7 +3,7 @@
 use super::{Found, Model, Normals, Place, Ray, Traced};
 use crate::Real;
 use crate::contract::{check, check2, check3};
-use crate::exit::{Exit, Exits};
+use crate::exit::{self, Exit, Exits};
 use crate::facet::{self, FacetHit, may_surround_eye};
 use crate::layout::{Triangle, vec3};
 use crate::march::{Limits, March, march};
@@ -139,7 +139,8 @@ impl<M: OverTriangle> Model<Triangle> for M {
             };
             let path = QuadraticPath::bent(&cap, direction, facet.t, depth);
             if asks && path.enters {
-                path.until(&Exit::from_words(exits.words(), ray.object), facet.t)
+                let number = exit::number(ray.frame, ray.object);
+                path.until(&Exit::from_words(exits.words(), number), facet.t)
             } else {
                 path
             }

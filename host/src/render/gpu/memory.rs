@@ -1,10 +1,11 @@
 //! Predicts the device memory of a scene, without a device.
 
 use super::content::Drawing;
-use super::outlines::{buffer_bytes, padded};
+use super::outlines::{Sizes, bound_frame_bytes, padded};
 use super::shared::{STRIDE, sharing};
 use super::{EntryPoints, Extent, Facets};
 use crate::prepare::{PreparedObject, PreparedScene};
+use relievo_shared::layout::Object;
 use std::collections::BTreeSet;
 use std::mem::{size_of, size_of_val};
 
@@ -50,7 +51,7 @@ impl Memory {
         let facets = |object: &PreparedObject| object.triangles.len() as u64;
         let mut memory = Memory {
             parameters: (STRIDE * (1 + placed.count())) as u64,
-            outlines: buffer_bytes(scene.objects.iter().map(facets)).iter().sum(),
+            outlines: Sizes::of(scene.objects.iter().map(facets)).total(),
             lighting: scene
                 .lighting
                 .as_ref()
@@ -59,6 +60,7 @@ impl Memory {
             ..Memory::default()
         };
         let mut maps = BTreeSet::new();
+        let mut beyond = 0;
         for shared in sharing(&scene.objects) {
             let object = &scene.objects[shared[0]];
             let has_everything = extent == Extent::Everything;
@@ -83,9 +85,11 @@ impl Memory {
                     bytes
                 };
             }
-            let has_exits = entry_points.writes_exits(&object.parameters);
-            memory.parameters += (STRIDE * if has_exits { shared.len() } else { 1 }) as u64;
+            memory.parameters += size_of::<Object>() as u64;
+            let count = object.triangles.len() as u64;
+            beyond = beyond.max(bound_frame_bytes(shared.len() as u64, count));
         }
+        memory.parameters += beyond;
         memory
     }
 

@@ -1,7 +1,7 @@
 //! Pipelines, made when first needed and kept across scenes.
 
 use super::content::{DEPTH_FORMAT, Drawing, TARGET_FORMAT};
-use super::shaders::{EXITS, EntryPoints, PLACE, SCREEN, shade_of};
+use super::shaders::{EXITS, EntryPoints, HAS_COPIES, PLACE, SCREEN, shade_of};
 use crate::render::RenderError;
 use relievo_bitwise::{Device, Module};
 use std::collections::BTreeMap;
@@ -11,6 +11,8 @@ use std::collections::BTreeMap;
 pub struct Pipelines {
     device: Device,
     module: Module,
+    /// The module for copies that are drawn at once.
+    module_of_copies: Module,
     /// The vertex shader.
     place: Option<wgpu::ShaderModule>,
     bindings: wgpu::BindGroupLayout,
@@ -22,11 +24,12 @@ pub struct Pipelines {
     layout: wgpu::PipelineLayout,
     /// The layout of shaders that ask for exits.
     layout_with_exits: wgpu::PipelineLayout,
-    /// By fragment shader and number of targets.
-    made: BTreeMap<(&'static str, usize), wgpu::RenderPipeline>,
+    /// By fragment shader, number of targets, and whether copies are drawn.
+    made: BTreeMap<(&'static str, usize, bool), wgpu::RenderPipeline>,
     /// The pipelines that shade the G-buffer; made when first needed.
     shade: Option<ShadePipelines>,
-    made_outlines: BTreeMap<&'static str, wgpu::ComputePipeline>,
+    /// By compute shader, and whether copies are drawn.
+    made_outlines: BTreeMap<(&'static str, bool), wgpu::ComputePipeline>,
 }
 
 impl Pipelines {
@@ -59,6 +62,7 @@ impl Pipelines {
         Pipelines {
             device: device.clone(),
             module: module.clone(),
+            module_of_copies: module.with_constant(HAS_COPIES, 1),
             place: None,
             compute_layout: layout(&[Some(&bindings), Some(&outline_bindings[0])]),
             layout: layout(&[Some(&bindings), None, Some(&outline_bindings[1])]),
@@ -97,31 +101,44 @@ impl Pipelines {
     }
 
     /// Makes the pipelines that write exits, if they are missing.
-    pub(super) fn make_exits(&mut self) -> Result<(), RenderError> {
+    pub(super) fn make_exits(&mut self, has_copies: bool) -> Result<(), RenderError> {
         let [exits, outlines] = EXITS;
-        self.make_drawing(exits, 1, false)?;
-        self.make_outlines(outlines)
+        self.make_drawing(exits, 1, false, has_copies)?;
+        self.make_outlines(outlines, has_copies)
     }
 
     /// Returns the pipeline that [`Self::make_exits`] has made.
-    pub(super) fn exits(&self) -> &wgpu::RenderPipeline {
-        &self.made[&(EXITS[0], 1)]
+    pub(super) fn exits(&self, has_copies: bool) -> &wgpu::RenderPipeline {
+        &self.made[&(EXITS[0], 1, has_copies)]
+    }
+
+    /// Returns the module for objects, or for copies that are drawn at once.
+    fn module(&self, has_copies: bool) -> &Module {
+        match has_copies {
+            true => &self.module_of_copies,
+            false => &self.module,
+        }
     }
 
     /// Returns the pipeline that finds the outlines of facets of objects with these entry
     /// points, or of their exits.
-    pub(super) fn outlines(&self, of: &EntryPoints, of_exits: bool) -> &wgpu::ComputePipeline {
+    pub(super) fn outlines(
+        &self,
+        of: &EntryPoints,
+        of_exits: bool,
+        has_copies: bool,
+    ) -> &wgpu::ComputePipeline {
         let name = if of_exits { EXITS[1] } else { of.outlines };
-        &self.made_outlines[name]
+        &self.made_outlines[&(name, has_copies)]
     }
 
     /// Makes the pipeline that finds outlines, if it is missing.
-    fn make_outlines(&mut self, name: &'static str) -> Result<(), RenderError> {
-        if self.made_outlines.contains_key(name) {
+    fn make_outlines(&mut self, name: &'static str, has_copies: bool) -> Result<(), RenderError> {
+        if self.made_outlines.contains_key(&(name, has_copies)) {
             return Ok(());
         }
         let device = &self.device;
-        let module = self.module.load(device, name)?;
+        let module = self.module(has_copies).load(device, name)?;
         let pipeline = device.attempt(|| {
             let descriptor = wgpu::ComputePipelineDescriptor {
                 label: Some(name),
@@ -133,16 +150,21 @@ impl Pipelines {
             };
             Ok::<_, RenderError>(device.wgpu().create_compute_pipeline(&descriptor))
         })?;
-        self.made_outlines.insert(name, pipeline);
+        self.made_outlines.insert((name, has_copies), pipeline);
         Ok(())
     }
 
     /// Makes the pipelines for `drawing` of objects with these entry points, if they are
     /// missing.
-    pub(super) fn make(&mut self, of: &EntryPoints, drawing: Drawing) -> Result<(), RenderError> {
+    pub(super) fn make(
+        &mut self,
+        of: &EntryPoints,
+        drawing: Drawing,
+        has_copies: bool,
+    ) -> Result<(), RenderError> {
         let targets = drawing.targets().len();
-        self.make_drawing(drawing.fragment(of), targets, of.asks_for_exits)?;
-        self.make_outlines(of.outlines)
+        self.make_drawing(drawing.fragment(of), targets, of.asks_for_exits, has_copies)?;
+        self.make_outlines(of.outlines, has_copies)
     }
 
     /// Makes the pipeline of a fragment shader, if it is missing.
@@ -151,19 +173,18 @@ impl Pipelines {
         fragment: &'static str,
         targets: usize,
         asks_for_exits: bool,
+        has_copies: bool,
     ) -> Result<(), RenderError> {
         let device = &self.device;
-        if self.made.contains_key(&(fragment, targets)) {
+        if self.made.contains_key(&(fragment, targets, has_copies)) {
             return Ok(());
         }
+        let found = self.module(has_copies).load(device, fragment)?;
         let place = match &mut self.place {
             Some(place) => place,
             none => none.insert(self.module.load(device, PLACE)?),
         };
-        let modules = [
-            (&*place, PLACE),
-            (&self.module.load(device, fragment)?, fragment),
-        ];
+        let modules = [(&*place, PLACE), (&found, fragment)];
         let layout = if asks_for_exits {
             &self.layout_with_exits
         } else {
@@ -173,13 +194,18 @@ impl Pipelines {
             let pipeline = make_pipeline(device.wgpu(), layout, modules, targets, true);
             Ok::<_, RenderError>(pipeline)
         })?;
-        self.made.insert((fragment, targets), pipeline);
+        self.made.insert((fragment, targets, has_copies), pipeline);
         Ok(())
     }
 
     /// Returns a pipeline that [`Self::make`] has made.
-    pub(super) fn get(&self, of: &EntryPoints, drawing: Drawing) -> &wgpu::RenderPipeline {
-        &self.made[&(drawing.fragment(of), drawing.targets().len())]
+    pub(super) fn get(
+        &self,
+        of: &EntryPoints,
+        drawing: Drawing,
+        has_copies: bool,
+    ) -> &wgpu::RenderPipeline {
+        &self.made[&(drawing.fragment(of), drawing.targets().len(), has_copies)]
     }
 
     /// Makes the pipeline that shades the G-buffer, if it is missing, and returns the layout of
@@ -279,8 +305,8 @@ const SHADE_TABLES: u32 = 7;
 /// Four read-only storage buffers: frame, object, facets, texels.
 fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let stages = wgpu::ShaderStages::COMPUTE | wgpu::ShaderStages::FRAGMENT;
-    // One buffer has the frames or the parameters of many objects.
-    let entries = [0, 1, 2, 3].map(|binding| buffer_entry(binding, stages, true, binding < 2));
+    // One buffer has the frames of many objects.
+    let entries = [0, 1, 2, 3].map(|binding| buffer_entry(binding, stages, true, binding == 0));
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some("relievo"),
         entries: &entries,

@@ -2,7 +2,7 @@
 
 use super::content::{Content, Drawing};
 use super::lit::GpuLighting;
-use super::outlines::{Outlines, padded, workgroups};
+use super::outlines::{Outlines, Run, Runs, bound_frame_bytes, padded, workgroups};
 use super::pipelines::Pipelines;
 use super::shaders::{EntryPoints, Extent, Facets};
 use super::shared::{STRIDE, sharing};
@@ -13,7 +13,7 @@ use crate::render::space::{may_be_seen, may_hold_eye, object_bounds};
 use crate::render::{RenderError, background_words};
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
-use relievo_shared::layout::{Frame, Object, PlanarTriangle};
+use relievo_shared::layout::{Frame, PlanarTriangle};
 use std::borrow::Cow;
 use std::cell::Cell;
 use std::mem::size_of;
@@ -25,8 +25,10 @@ pub struct GpuScene {
     frames: wgpu::Buffer,
     facets: Vec<GpuFacets>,
     objects: Vec<GpuObject>,
-    /// The frame of each object in its space; `None` where it lies outside the picture.
-    seen: Vec<Option<Frame>>,
+    /// The frame of each object in its space, and where it is in `frames`; `None` where the object
+    /// lies outside the picture.
+    seen: Vec<Option<(Frame, u32)>>,
+    runs: Runs,
     outlines: Outlines,
     lighting: Option<GpuLighting>,
     background: wgpu::Color,
@@ -40,6 +42,8 @@ struct GpuFacets {
     entry_points: EntryPoints,
     /// Whether their exits are written.
     has_exits: bool,
+    /// Whether copies of them are drawn.
+    has_copies: bool,
     /// The box around them, object space.
     bounds: Aabb,
     depth: f32,
@@ -50,8 +54,8 @@ struct GpuObject {
     /// Index of its facets.
     facets: u32,
     placement: Option<Placement>,
-    /// Its frame and its parameters in their buffers, bytes.
-    offsets: [u32; 2],
+    /// [`Frame::number`].
+    number: u32,
 }
 
 impl GpuScene {
@@ -108,12 +112,20 @@ impl GpuScene {
         let storage = |label: &str, bytes: &[u8]| with_room(label, bytes.len() as u64, bytes);
         let placed = scene.objects.iter();
         let placed = placed.filter(|object| object.placement.is_some()).count();
-        let frames = storage("frames", &vec![0; STRIDE * (1 + placed)]);
+        let shared = sharing(&scene.objects);
+        let frame_sizes = shared.iter().map(|shared| {
+            let facets = scene.objects[shared[0]].triangles.len() as u64;
+            bound_frame_bytes(shared.len() as u64, facets)
+        });
+        // Frames of a run are bound with as many as the longest one has.
+        let beyond = frame_sizes.max().unwrap_or(0);
+        let frames = (STRIDE * (1 + placed)) as u64 + beyond;
+        let frames = with_room("frames", frames, &[]);
         // Objects with the same map share its buffer.
         let mut maps: Vec<(*const u32, wgpu::Buffer)> = Vec::new();
         let mut facets = Vec::new();
         let mut objects = Vec::with_capacity(scene.objects.len());
-        for shared in sharing(&scene.objects) {
+        for shared in shared {
             let object = &scene.objects[shared[0]];
             let words = object.map.words();
             let known = maps.iter().find(|(start, _)| *start == words.as_ptr());
@@ -127,26 +139,17 @@ impl GpuScene {
             };
             let entry_points = EntryPoints::of(&object.parameters, extent);
             let has_exits = entry_points.writes_exits(&object.parameters);
-            // Those that share facets differ by the number of their exits only.
-            let own_parameters = if has_exits { shared.len() } else { 1 };
-            let mut parameters = vec![0; own_parameters * STRIDE];
-            for (bytes, index) in parameters.chunks_exact_mut(STRIDE).zip(&shared) {
-                let own = bytemuck::bytes_of(&scene.objects[*index].parameters);
-                bytes[..own.len()].copy_from_slice(own);
-            }
-            let parameters = storage("objects", &parameters);
+            let parameters = storage("object", bytemuck::bytes_of(&object.parameters));
             let room = padded(object.triangles.len() as u64) * entry_points.facets.bytes() as u64;
             let buffer = with_room("facets", room, &facet_bytes(object, entry_points.facets));
-            let one = |buffer, size: usize| {
-                wgpu::BindingResource::Buffer(wgpu::BufferBinding {
-                    buffer,
-                    offset: 0,
-                    size: NonZero::new(size as u64),
-                })
-            };
+            let count = object.triangles.len() as u64;
             let resources = [
-                one(&frames, size_of::<Frame>()),
-                one(&parameters, size_of::<Object>()),
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+                    buffer: &frames,
+                    offset: 0,
+                    size: NonZero::new(bound_frame_bytes(shared.len() as u64, count)),
+                }),
+                parameters.as_entire_binding(),
                 buffer.as_entire_binding(),
                 map.as_entire_binding(),
             ];
@@ -160,37 +163,35 @@ impl GpuScene {
                 entries: &entries,
             });
             let drawing = Content::Color.drawing(scene.lighting.is_some());
-            pipelines.make(&entry_points, drawing)?;
+            let has_copies = shared.len() > 1;
+            pipelines.make(&entry_points, drawing, has_copies)?;
             if has_exits {
-                pipelines.make_exits()?;
+                pipelines.make_exits(has_copies)?;
             }
-            for (place, index) in shared.iter().enumerate() {
-                let own = place.min(own_parameters - 1);
+            for index in shared {
+                let own = &scene.objects[index];
+                // Those that share facets differ by the number of their exits only.
+                let number = own.parameters.number.wrapping_sub(object.parameters.number);
                 let placed = GpuObject {
                     facets: facets.len() as u32,
-                    placement: scene.objects[*index].placement,
-                    offsets: [0, (own * STRIDE) as u32],
+                    placement: own.placement,
+                    number,
                 };
-                objects.push((*index, placed));
+                objects.push((index, placed));
             }
             facets.push(GpuFacets {
                 bindings,
-                count: object.triangles.len() as u32,
+                count: count as u32,
                 entry_points,
                 has_exits,
+                has_copies,
                 bounds: object_bounds(object),
                 depth: object.parameters.depth,
             });
         }
         // In drawing order.
         objects.sort_unstable_by_key(|(index, _)| *index);
-        let mut objects: Vec<GpuObject> = objects.into_iter().map(|(_, object)| object).collect();
-        let placed = objects
-            .iter_mut()
-            .filter(|object| object.placement.is_some());
-        for (place, object) in (1..).zip(placed) {
-            object.offsets[0] = (place * STRIDE) as u32;
-        }
+        let objects: Vec<GpuObject> = objects.into_iter().map(|(_, object)| object).collect();
         let [r, g, b, a] = background_words(scene).map(f64::from);
         let counts = scene
             .objects
@@ -212,6 +213,7 @@ impl GpuScene {
             lighting,
             frames,
             facets,
+            runs: Runs::default(),
             seen: Vec::with_capacity(objects.len()),
             objects,
             background: wgpu::Color { r, g, b, a },
@@ -269,9 +271,9 @@ impl GpuScene {
 
     fn make_drawing(&self, pipelines: &mut Pipelines, drawing: Drawing) -> Result<(), RenderError> {
         for facets in &self.facets {
-            pipelines.make(&facets.entry_points, drawing)?;
+            pipelines.make(&facets.entry_points, drawing, facets.has_copies)?;
             if facets.has_exits {
-                pipelines.make_exits()?;
+                pipelines.make_exits(facets.has_copies)?;
             }
         }
         Ok(())
@@ -334,7 +336,7 @@ impl GpuScene {
         drawing: Drawing,
         [begin, end]: [Option<&Timestamps>; 2],
     ) {
-        let batches = self.outlines.batches();
+        let batches = self.runs.batches();
         let has_exits = self.facets.iter().any(|facets| facets.has_exits);
         let exits = targets.exits().filter(|_| has_exits);
         if let Some(exits) = exits {
@@ -343,11 +345,11 @@ impl GpuScene {
                 let clock = begin.filter(|_| batch == 0).map(Timestamps::begin);
                 self.record_outlines(encoder, pipelines, batch, true, clock);
                 let mut pass = begin_pass(encoder, targets, &views, batch, batches, None);
-                pass.set_pipeline(pipelines.exits());
-                for (object, offset) in self.outlines.batch(batch) {
-                    let object = &self.objects[object as usize];
-                    if self.facets[object.facets as usize].has_exits {
-                        self.draw(&mut pass, object, offset);
+                for run in self.runs.batch(batch) {
+                    let facets = &self.facets[run.facets as usize];
+                    if facets.has_exits {
+                        pass.set_pipeline(pipelines.exits(facets.has_copies));
+                        self.draw(&mut pass, run);
                     }
                 }
             }
@@ -371,14 +373,14 @@ impl GpuScene {
                 pass.set_bind_group(1, &exits.bindings, &[]);
             }
             let mut last = None;
-            for (object, offset) in self.outlines.batch(batch) {
-                let object = &self.objects[object as usize];
-                if last != Some(object.facets) {
-                    let entry_points = &self.facets[object.facets as usize].entry_points;
-                    pass.set_pipeline(pipelines.get(entry_points, drawing));
-                    last = Some(object.facets);
+            for run in self.runs.batch(batch) {
+                if last != Some(run.facets) {
+                    let facets = &self.facets[run.facets as usize];
+                    let pipeline = pipelines.get(&facets.entry_points, drawing, facets.has_copies);
+                    pass.set_pipeline(pipeline);
+                    last = Some(run.facets);
                 }
-                self.draw(&mut pass, object, offset);
+                self.draw(&mut pass, run);
             }
         }
     }
@@ -398,29 +400,29 @@ impl GpuScene {
             timestamp_writes,
         });
         let mut last = None;
-        for (object, offset) in self.outlines.batch(batch) {
-            let object = &self.objects[object as usize];
-            let facets = &self.facets[object.facets as usize];
+        for run in self.runs.batch(batch) {
+            let facets = &self.facets[run.facets as usize];
             if of_exits && !facets.has_exits {
                 continue;
             }
-            if last != Some(object.facets) {
-                pass.set_pipeline(pipelines.outlines(&facets.entry_points, of_exits));
-                last = Some(object.facets);
+            if last != Some(run.facets) {
+                let entry_points = &facets.entry_points;
+                pass.set_pipeline(pipelines.outlines(entry_points, of_exits, facets.has_copies));
+                last = Some(run.facets);
             }
-            pass.set_bind_group(0, &facets.bindings, &object.offsets);
-            pass.set_bind_group(1, self.outlines.written(), &[offset]);
-            let [groups, rows] = workgroups(facets.count.into());
+            pass.set_bind_group(0, &facets.bindings, &[run.frames]);
+            pass.set_bind_group(1, self.outlines.written(), &[run.outlines]);
+            let [groups, rows] = workgroups(u64::from(facets.count) * u64::from(run.copies));
             pass.dispatch_workgroups(groups, rows, 1);
         }
     }
 
-    /// Draws the outlines of `object`, which are at `offset`.
-    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, object: &GpuObject, offset: u32) {
-        let facets = &self.facets[object.facets as usize];
-        pass.set_bind_group(0, &facets.bindings, &object.offsets);
-        pass.set_bind_group(2, self.outlines.read(), &[offset]);
-        pass.draw(0..3 * facets.count, 0..1);
+    /// Draws the outlines of `run`.
+    fn draw(&self, pass: &mut wgpu::RenderPass<'_>, run: &Run) {
+        let facets = &self.facets[run.facets as usize];
+        pass.set_bind_group(0, &facets.bindings, &[run.frames]);
+        pass.set_bind_group(2, self.outlines.read(), &[run.outlines]);
+        pass.draw(0..3 * facets.count * run.copies, 0..1);
     }
 
     /// Sets the camera and the light of the pictures that are recorded after this.
@@ -428,36 +430,39 @@ impl GpuScene {
         let facets = &self.facets;
         let own = self.objects.par_iter().map(|object| {
             let own = match &object.placement {
-                Some(placement) => placement.frame(frame),
+                Some(placement) => Frame {
+                    number: object.number,
+                    ..placement.frame(frame)
+                },
                 None => *frame,
             };
             let GpuFacets { bounds, depth, .. } = &facets[object.facets as usize];
             let is_seen = may_be_seen(&own, bounds) || may_hold_eye(&own, bounds, *depth);
-            is_seen.then_some(own)
+            is_seen.then_some((own, 0))
         });
         own.collect_into_vec(&mut self.seen);
-        let objects = (0..).zip(&self.objects).zip(&self.seen);
-        self.outlines
-            .set(objects.filter_map(|((index, object), frame)| {
-                let facets = &facets[object.facets as usize];
-                frame.as_ref().map(|_| (index, u64::from(facets.count)))
-            }));
+        self.runs.clear();
+        for (object, seen) in self.objects.iter().zip(&mut self.seen) {
+            if let Some((_, place)) = seen {
+                let is_placed = object.placement.is_some();
+                let count = facets[object.facets as usize].count.into();
+                let sizes = self.outlines.sizes();
+                *place = self.runs.add(object.facets, count, is_placed, sizes);
+            }
+        }
         queue.write_buffer(&self.frames, 0, bytemuck::bytes_of(frame));
-        let Some(size) = NonZero::new(self.frames.size() - STRIDE as u64) else {
+        let Some(size) = NonZero::new(self.runs.frame_bytes() - STRIDE as u64) else {
             return;
         };
         let Some(mut bytes) = queue.write_buffer_with(&self.frames, STRIDE as u64, size) else {
             return;
         };
-        let objects = self.objects.iter().zip(&self.seen);
-        for (object, frame) in objects.filter(|(object, _)| object.placement.is_some()) {
-            if let Some(frame) = frame {
-                let start = object.offsets[0] as usize - STRIDE;
-                let place = start..start + size_of::<Frame>();
-                bytes
-                    .slice(place)
-                    .copy_from_slice(bytemuck::bytes_of(frame));
-            }
+        for (frame, place) in self.seen.iter().flatten().filter(|(_, place)| *place > 0) {
+            let start = *place as usize - STRIDE;
+            let place = start..start + size_of::<Frame>();
+            bytes
+                .slice(place)
+                .copy_from_slice(bytemuck::bytes_of(frame));
         }
     }
 }

@@ -299,6 +299,9 @@ pub struct EntryPoints {
     pub asks_for_exits: bool,
 }
 
+/// The specialization constant that is 1 in shaders of copies that are drawn at once.
+pub(super) const HAS_COPIES: u32 = 0;
+
 /// The vertex shader that places outlines.
 pub(super) const PLACE: &str = "place";
 /// The fragment shader that writes exits, and the compute shader of their outlines.

@@ -1,13 +1,13 @@
 //! Which objects share buffers, and how far apart theirs lie in them.
 
 use crate::prepare::PreparedObject;
-use relievo_shared::layout::{Frame, Object};
+use relievo_shared::layout::Frame;
 use std::mem::size_of;
 
-/// Bytes from one frame or object in a buffer to the next, and alignment of an object's outlines:
-/// every device takes this offset.
+/// Alignment of the frames and of the outlines of a run in their buffers, bytes: every device takes this
+/// offset.
 pub(super) const STRIDE: usize = 256;
-const _: () = assert!(size_of::<Frame>() <= STRIDE && size_of::<Object>() <= STRIDE);
+const _: () = assert!(size_of::<Frame>() <= STRIDE);
 
 /// Returns the indices of `objects` by the facets that they share, the first ones first.
 pub(super) fn sharing(objects: &[PreparedObject]) -> Vec<Vec<usize>> {
