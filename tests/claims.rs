@@ -9,6 +9,7 @@ mod agreement;
 mod desk;
 mod golden;
 mod hostile;
+mod jobs;
 mod oracle;
 mod program;
 

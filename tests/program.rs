@@ -935,48 +935,37 @@ fn measured(desk: &Desk, file: &str) -> Vec<serde_json::Value> {
 
 #[cfg(feature = "studies")]
 #[test]
-fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
+fn tradeoff_goes_on_where_it_was_stopped() {
     let desk = Desk::new();
     let scene = asset("scenes/torus.toml");
     let scene = text_of(&scene);
-    let sweep = |options: &str| {
-        format!("tradeoff {scene} --quick --size 64x48 --backend cpu --frames 1 -o out {options}")
-    };
-    let merge = format!("tradeoff {scene} -o out --merge");
-    desk.fails(&merge, 1, "out | no measurements | --shard");
-
-    let first = desk.run(&sweep("--shard 1/2")).done();
-    assert!(first.stdout.contains("--merge"), "{}", first.stdout);
-    desk.fails(&merge, 1, "shards are missing: 2/2");
-    desk.fails(&sweep(""), 1, "measurements-1-of-2.jsonl | --restart");
-    let larger = sweep("--shard 1/2").replace("64x48", "65x48");
+    let sweep = format!("tradeoff {scene} --quick --size 64x48 --backend cpu --frames 1 -o out");
+    let first = desk.run(&sweep).done();
+    for name in ["tradeoff.csv", "pareto.svg", "pareto.png", "tradeoff.md"] {
+        assert!(first.stdout.contains(name), "{}", first.stdout);
+    }
+    let larger = sweep.replace("64x48", "65x48");
     desk.fails(&larger, 1, "size is [64,48] there and [65,48] here");
-    desk.run(&sweep("--shard 2/2")).done();
 
     // As if it had been interrupted while writing the last line.
-    let part = desk.path("out/measurements-2-of-2.jsonl");
-    let whole = fs::read(&part).unwrap();
-    fs::write(&part, &whole[..whole.len() - 20]).unwrap();
-    desk.fails(&merge, 1, "lacks variants: 1 of shard 2/2");
-    let again = desk.run(&sweep("--shard 2/2")).done();
+    let file = desk.path("out/measurements-1-of-1.jsonl");
+    let whole = fs::read(&file).unwrap();
+    fs::write(&file, &whole[..whole.len() - 20]).unwrap();
+    let again = desk.run(&sweep).done();
     assert!(
-        again.stdout.contains("measured: 1, kept from before: 6"),
+        again.stdout.contains("measured: 1, kept from before: 13"),
         "{}",
         again.stdout
     );
-    let before = fs::read(&part).unwrap();
-    let again = desk.run(&sweep("--shard 2/2")).done();
+    let before = fs::read(&file).unwrap();
+    let again = desk.run(&sweep).done();
     assert!(
-        again.stdout.contains("measured: 0, kept from before: 7"),
+        again.stdout.contains("measured: 0, kept from before: 14"),
         "{}",
         again.stdout
     );
-    assert_eq!(fs::read(&part).unwrap(), before);
+    assert_eq!(fs::read(&file).unwrap(), before);
 
-    let merged = desk.run(&merge).done();
-    for name in ["tradeoff.csv", "pareto.svg", "pareto.png", "tradeoff.md"] {
-        assert!(merged.stdout.contains(name), "{}", merged.stdout);
-    }
     let csv = fs::read_to_string(desk.path("out/tradeoff.csv")).unwrap();
     assert_eq!(csv.lines().count(), 1 + 14, "{csv}");
     let page = fs::read_to_string(desk.path("out/tradeoff.md")).unwrap();
@@ -989,11 +978,7 @@ fn tradeoff_goes_on_where_it_was_stopped_and_joins_its_parts() {
         .into_rgb8();
     assert!(picture.pixels().any(|pixel| pixel.0 != [255; 3]));
 
-    let lines: Vec<serde_json::Value> = (1..=2)
-        .flat_map(|number| measured(&desk, &format!("out/measurements-{number}-of-2.jsonl")))
-        .filter(|line| line.get("key").is_some())
-        .collect();
-    assert_eq!(lines.len(), 14);
+    let lines = measured(&desk, "out/measurements-1-of-1.jsonl");
     let errors = |key: &str| {
         let line = lines.iter().find(|line| line["key"] == key).unwrap();
         line["measured"]["errors"]["misplaced"].as_f64().unwrap()
@@ -1084,11 +1069,13 @@ fn wrong_usage_ends_with_code_2() {
         ("verify scene.toml --shaders best", "--shaders | portable"),
         ("bench scene scene.toml --frames 0", "--frames"),
         ("tradeoff scene.toml", "--output"),
-        ("tradeoff scene.toml -o out --shard 3/2", "--shard | 2/8"),
+        ("render scene.toml --plan job.json", "--plan | --frames"),
         (
-            "tradeoff scene.toml -o out --merge --shard 1/2",
-            "--merge | --shard",
+            "render scene.toml --frames 0..2 --piece-seconds 3",
+            "--plan",
         ),
+        ("job job.json --piece 1 --merge", "--piece | --merge"),
+        ("submit job.json", "--slurm"),
     ] {
         desk.fails(arguments, 2, parts);
     }

@@ -34,8 +34,8 @@ use crate::render::{GeometryWords, Hit, Hits};
 use crate::scene::Scene;
 use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, SmallVec,
-    WritableImage,
+    AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer, LayerAttributes, LineOrder,
+    SmallVec, WritableImage,
 };
 use std::path::Path;
 
@@ -143,7 +143,11 @@ pub fn save_exr(
     let layer = Layer::new(
         (words.width as usize, words.height as usize),
         attributes,
-        Encoding::FAST_LOSSLESS,
+        // In order: the same picture gives the same bytes.
+        Encoding {
+            line_order: LineOrder::Increasing,
+            ..Encoding::FAST_LOSSLESS
+        },
         AnyChannels::sort(list),
     );
     // Encoded in memory, since the encoder seeks and files are written whole.
@@ -155,7 +159,37 @@ pub fn save_exr(
             path: path.to_path_buf(),
             message: error.to_string(),
         })?;
-    Ok(write_bytes(path, bytes.get_ref())?)
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(write_bytes(path, &bytes)?)
+}
+
+/// Sorts the attributes in the header of a file of one part, so that the same picture gives the same
+/// bytes: the encoder writes them in a random order.
+fn sort_attributes(bytes: &mut [u8]) {
+    /// Bytes of the magic number and of the version.
+    const START: usize = 8;
+    let mut attributes: Vec<Vec<u8>> = Vec::new();
+    let mut rest = bytes.get(START..).unwrap_or_default();
+    // Name and type, each with a 0 at its end; the length of the value; the value.
+    while let [first, ..] = rest
+        && *first != 0
+    {
+        let mut texts = rest.splitn(3, |byte| *byte == 0);
+        let names: usize = texts.by_ref().take(2).map(|text| text.len() + 1).sum();
+        let Some(length) = rest.get(names..).and_then(|rest| rest.first_chunk::<4>()) else {
+            return;
+        };
+        let end = names + 4 + u32::from_le_bytes(*length) as usize;
+        let Some((attribute, after)) = rest.split_at_checked(end) else {
+            return;
+        };
+        attributes.push(attribute.to_vec());
+        rest = after;
+    }
+    attributes.sort();
+    let sorted = attributes.concat();
+    bytes[START..START + sorted.len()].copy_from_slice(&sorted);
 }
 
 /// Converts to Latin-1, the encoding of OpenEXR text, with other characters as

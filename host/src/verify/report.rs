@@ -16,18 +16,18 @@
 use super::agreement::{Agreement, COLOR_NAMES, GEOMETRY_NAMES};
 use crate::render::gpu::{Adapter, Shaders, Signature};
 use relievo_bitwise::Tally;
-use serde::Serialize;
+use serde::{Deserialize, Deserializer, Serialize};
 use std::fmt;
 
 /// Results of one run.
-#[derive(Clone, Debug, Default, Serialize)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Report {
     /// One report per adapter.
     pub adapters: Vec<AdapterReport>,
 }
 
 /// Results on one adapter.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct AdapterReport {
     /// The adapter's name.
     pub name: String,
@@ -46,7 +46,7 @@ pub struct AdapterReport {
 }
 
 /// Result of a canary.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct CanaryReport {
     /// Name of the canary.
     pub name: String,
@@ -61,7 +61,7 @@ pub struct CanaryReport {
 }
 
 /// Results with one module.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct ModuleReport {
     /// Name: exact, fast or portable shaders.
     pub shaders: String,
@@ -78,7 +78,7 @@ pub struct ModuleReport {
 }
 
 /// Result for one function.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct KernelReport {
     /// Name of the function.
     pub name: String,
@@ -88,7 +88,7 @@ pub struct KernelReport {
 }
 
 /// Result for one picture.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct PictureReport {
     /// Scene and variant.
     pub scene: String,
@@ -99,8 +99,10 @@ pub struct PictureReport {
     /// Number of pixels with different surface classes.
     pub class_pixels: u64,
     /// Largest difference of a linear colour channel.
+    #[serde(deserialize_with = "number")]
     pub largest_color_difference: f32,
     /// Largest relative difference of the distance t.
+    #[serde(deserialize_with = "number")]
     pub largest_distance_difference: f32,
     /// Colour words.
     pub color: Counts,
@@ -109,7 +111,7 @@ pub struct PictureReport {
 }
 
 /// Counts of words and their differences.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Counts {
     /// Number of words compared.
     pub words: u64,
@@ -125,7 +127,7 @@ pub struct Counts {
 }
 
 /// A word that differs.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct FirstDifference {
     /// Place of the word: "(x, y) red" for a pixel, or "input 17, word 2".
     pub place: String,
@@ -137,6 +139,11 @@ pub struct FirstDifference {
     pub cpu: String,
     /// Distance in ULPs; `None` if one is a NaN.
     pub ulp: Option<u64>,
+}
+
+/// Reads a number. JSON has null for infinity and NaN.
+fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f32, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f32::INFINITY))
 }
 
 /// Formats a word as bits and as a number.
@@ -240,6 +247,38 @@ impl ModuleReport {
 }
 
 impl Report {
+    /// Adds the results of `other` on the same adapters.
+    ///
+    /// # Errors
+    /// How the adapters differ.
+    pub fn join(&mut self, other: Report) -> Result<(), String> {
+        if self.adapters.is_empty() {
+            *self = other;
+            return Ok(());
+        }
+        let names = |report: &Report| {
+            let names = report.adapters.iter();
+            let names = names.map(|adapter| format!("{}, {}", adapter.name, adapter.driver));
+            names.collect::<Vec<_>>().join("; ")
+        };
+        let (own, others) = (names(self), names(&other));
+        if own != others {
+            return Err(format!("ran on {others}, and those before on {own}"));
+        }
+        for (own, other) in self.adapters.iter_mut().zip(other.adapters) {
+            if own.canaries != other.canaries || own.modules.len() != other.modules.len() {
+                return Err(format!("found other canaries of {}", own.name));
+            }
+            for (own, other) in own.modules.iter_mut().zip(other.modules) {
+                own.words += other.words;
+                own.different += other.different;
+                own.kernels.extend(other.kernels);
+                own.pictures.extend(other.pictures);
+            }
+        }
+        Ok(())
+    }
+
     /// Returns the names of adapters whose exact shaders do not give the CPU's words.
     pub fn broken(&self) -> Vec<&str> {
         self.adapters

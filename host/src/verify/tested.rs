@@ -88,13 +88,13 @@ impl Tested {
         Ok(())
     }
 
-    /// Compares each function whose name contains `part` with every module.
+    /// Compares the functions of these names with every module.
     ///
     /// # Errors
     /// [`RenderError::Device`] if the device fails.
     pub fn functions(
         &mut self,
-        part: &str,
+        names: &[&str],
         plan: &Plan<'_>,
         progress: &dyn Fn(String, f64),
     ) -> Result<(), RenderError> {
@@ -102,7 +102,7 @@ impl Tested {
         for (&shaders, module) in self.shaders.iter().zip(&mut self.report.modules) {
             let kernels = shaders.kernels()?;
             let mut runner = Runner::new(&device, &kernels)?;
-            for kernel in KERNELS.iter().filter(|kernel| kernel.name.contains(part)) {
+            for kernel in KERNELS.iter().filter(|kernel| names.contains(&kernel.name)) {
                 let progress = |done: u64| {
                     let what = format!("{}, {}", kernel.name, shaders.describe());
                     progress(what, done as f64 / plan.inputs as f64);

@@ -5,7 +5,7 @@ use relievo::Limits;
 use relievo::shape_map::{DEFAULT_MAX_PIXELS, MAX_PIXELS};
 
 /// Resource limits of a scene.
-#[derive(Args)]
+#[derive(Args, Clone)]
 #[command(next_help_heading = "Limits (docs/limits.md)")]
 pub struct LimitArguments {
     /// Maximum number of objects in a scene
@@ -25,7 +25,7 @@ pub struct LimitArguments {
 }
 
 /// Size limit of images.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct PixelArguments {
     /// Maximum number of pixels of a pattern or a shape map
     #[arg(long, value_name = "N", default_value_t = DEFAULT_MAX_PIXELS, value_parser = clap::value_parser!(u64).range(1..=MAX_PIXELS))]

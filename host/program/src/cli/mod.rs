@@ -8,6 +8,7 @@ mod explain;
 mod export;
 mod info;
 mod interrupt;
+mod job;
 mod limits;
 mod progress;
 mod render;
@@ -22,6 +23,7 @@ mod view;
 use anyhow::Context;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
+use job::{PlanArguments, Work};
 use std::fmt;
 use std::io::{self, Write};
 use std::ops::Range;
@@ -65,6 +67,10 @@ enum Command {
     Accuracy(accuracy::AccuracyArguments),
     /// Export the shaders of objects and their inputs for other programs
     Export(export::ExportArguments),
+    /// Do or join the pieces of a job that --plan has written
+    Job(job::JobArguments),
+    /// Submit the pieces of a job, and their merge, to Slurm
+    Submit(job::SubmitArguments),
     #[cfg(feature = "studies")]
     #[command(flatten)]
     Study(studies::Command),
@@ -110,33 +116,10 @@ pub fn run(arguments: Arguments) -> ExitCode {
         .with_target(false)
         .init();
     interrupt::watch();
-    let result = match arguments.command {
-        #[cfg(feature = "viewer")]
-        Command::View(arguments) => view::run(&arguments),
-        #[cfg(not(feature = "viewer"))]
-        Command::View(absent) => absent.refuse("view", "viewer"),
-        Command::Render(arguments) => match &arguments.frames {
-            Some(frames) => sequence::run(&arguments, frames.clone()),
-            None => render::run(&arguments),
-        },
-        Command::Bake(arguments) => bake::run(&arguments),
-        Command::Info(arguments) => info::run(&arguments),
-        Command::Explain(arguments) => explain::run(&arguments),
-        Command::Verify(arguments) => verify::run(&arguments),
-        Command::Accuracy(arguments) => accuracy::run(&arguments),
-        #[cfg(feature = "studies")]
-        Command::Study(study) => studies::run(study),
-        #[cfg(not(feature = "studies"))]
-        Command::Bounds(absent) => absent.refuse("bounds", "studies"),
-        #[cfg(not(feature = "studies"))]
-        Command::Bench(absent) => absent.refuse("bench", "studies"),
-        #[cfg(not(feature = "studies"))]
-        Command::Tradeoff(absent) => absent.refuse("tradeoff", "studies"),
-        #[cfg(not(feature = "studies"))]
-        Command::Report(absent) => absent.refuse("report", "studies"),
-        #[cfg(not(feature = "studies"))]
-        Command::Gallery(absent) => absent.refuse("gallery", "studies"),
-        Command::Export(arguments) => export::run(&arguments),
+    let result = match work_of(&arguments.command) {
+        Ok(Some((work, plan))) => job::run(work.as_ref(), &plan),
+        Ok(None) => run_whole(arguments.command),
+        Err(error) => Err(error),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,
@@ -151,11 +134,74 @@ pub fn run(arguments: Arguments) -> ExitCode {
     }
 }
 
+/// Work in pieces, and how to plan it.
+type Planned = (Box<dyn Work>, PlanArguments);
+
+/// Returns the work of a command; `None` if it has no pieces.
+fn work_of(command: &Command) -> anyhow::Result<Option<Planned>> {
+    Ok(match command {
+        Command::Render(arguments) => match &arguments.frames {
+            Some(frames) => {
+                let work = sequence::Animation::new(arguments.clone(), frames.clone())?;
+                Some((Box::new(work), arguments.plan.clone()))
+            }
+            None => None,
+        },
+        Command::Verify(arguments) => {
+            let work = verify::Verification::new(arguments.clone())?;
+            Some((Box::new(work), arguments.plan.clone()))
+        }
+        #[cfg(feature = "studies")]
+        Command::Study(study) => studies::work_of(study)?,
+        _ => None,
+    })
+}
+
+/// Runs a command that has no pieces.
+fn run_whole(command: Command) -> anyhow::Result<()> {
+    match command {
+        #[cfg(feature = "viewer")]
+        Command::View(arguments) => view::run(&arguments),
+        #[cfg(not(feature = "viewer"))]
+        Command::View(absent) => absent.refuse("view", "viewer"),
+        Command::Render(arguments) => render::run(&arguments),
+        Command::Bake(arguments) => bake::run(&arguments),
+        Command::Info(arguments) => info::run(&arguments),
+        Command::Explain(arguments) => explain::run(&arguments),
+        // It has pieces.
+        Command::Verify(_) => Ok(()),
+        Command::Accuracy(arguments) => accuracy::run(&arguments),
+        #[cfg(feature = "studies")]
+        Command::Study(study) => studies::run(study),
+        #[cfg(not(feature = "studies"))]
+        Command::Bounds(absent) => absent.refuse("bounds", "studies"),
+        #[cfg(not(feature = "studies"))]
+        Command::Bench(absent) => absent.refuse("bench", "studies"),
+        #[cfg(not(feature = "studies"))]
+        Command::Tradeoff(absent) => absent.refuse("tradeoff", "studies"),
+        #[cfg(not(feature = "studies"))]
+        Command::Report(absent) => absent.refuse("report", "studies"),
+        #[cfg(not(feature = "studies"))]
+        Command::Gallery(absent) => absent.refuse("gallery", "studies"),
+        Command::Export(arguments) => export::run(&arguments),
+        Command::Job(arguments) => job::job(&arguments),
+        Command::Submit(arguments) => job::submit(&arguments),
+    }
+}
+
 /// Exits with an error: an adapter was named for the CPU.
 fn refuse_adapter() -> ! {
     let message = "--adapter names a GPU; leave it out, or leave out --backend cpu";
     Arguments::command()
         .error(ErrorKind::ArgumentConflict, message)
+        .exit();
+}
+
+/// Exits with an error: a plan was asked for a single picture.
+fn refuse_plan() -> ! {
+    let message = "--plan cuts a sequence of frames into pieces; name --frames, or leave it out";
+    Arguments::command()
+        .error(ErrorKind::MissingRequiredArgument, message)
         .exit();
 }
 

@@ -1,9 +1,10 @@
 //! `relievo render`.
 
 use super::Backend;
+use super::job::PlanArguments;
 use super::limits::LimitArguments;
 use super::session::{Loaded, choose_renderer, load_view, refuse_input, say_plans};
-use super::{parse_budget, parse_frames, parse_size, refuse_adapter, say};
+use super::{parse_budget, parse_frames, parse_size, refuse_adapter, refuse_plan, say};
 use clap::Args;
 use relievo::Error;
 use relievo::aov::{PIXEL_BYTES, save_exr};
@@ -16,7 +17,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct RenderArguments {
     /// Scene file (TOML)
     pub(super) scene: PathBuf,
@@ -45,6 +46,8 @@ pub struct RenderArguments {
     #[arg(long, value_name = "A..B", value_parser = parse_frames)]
     pub(super) frames: Option<Range<u64>>,
     #[command(flatten)]
+    pub(super) plan: PlanArguments,
+    #[command(flatten)]
     pub(super) limits: LimitArguments,
 }
 
@@ -56,6 +59,9 @@ impl RenderArguments {
     pub(super) fn check(&self) {
         if self.backend == Backend::Cpu && self.adapter.is_some() {
             refuse_adapter();
+        }
+        if self.plan.plan.is_some() && self.frames.is_none() {
+            refuse_plan();
         }
     }
 }

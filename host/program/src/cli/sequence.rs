@@ -1,25 +1,31 @@
 //! `relievo render --frames`: a picture for each frame of an animated scene.
 
+use super::job::{Estimate, Piece, Place, Work, digest_of_file};
 use super::progress::Bar;
 use super::render::{RenderArguments, SOFTWARE, check_outputs, default_output, draw, take_aov};
 use super::say;
-use super::session::{Loaded, choose_renderer, say_plans};
-use anyhow::bail;
+use super::session::{Loaded, choose_renderer, inputs, say_plans};
+use anyhow::{Context, bail};
 use relievo::Error;
 use relievo::aov::{MOTION_BYTES, PIXEL_BYTES, save_exr};
 use relievo::budget::{Plan, PlannedScene, plan_with};
+use relievo::file::open_regular;
 use relievo::limits::Account;
 use relievo::motion::Moment;
 use relievo::picture::Picture;
 use relievo::prepare::{Assets, PreparedScene, View};
 use relievo::render::Renderer;
 use relievo::scene::Scene;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::collections::HashSet;
+use std::io::BufReader;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Names of files with the number of a frame: `out/%04d.png`.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 struct Names {
     before: String,
     /// Least number of digits.
@@ -71,6 +77,16 @@ impl Names {
         }
     }
 
+    /// Returns names of pictures in `folder`.
+    fn in_folder(folder: &Path) -> anyhow::Result<Names> {
+        let folder = folder.to_str().context("the job's folder is not Unicode")?;
+        Ok(Names {
+            before: format!("{folder}/frame-"),
+            digits: 7,
+            after: ".png".to_string(),
+        })
+    }
+
     /// Returns the name for a frame.
     fn of(&self, frame: u64) -> PathBuf {
         let digits = self.digits;
@@ -87,11 +103,8 @@ fn names(option: &str, path: &Path) -> anyhow::Result<Names> {
 enum Output {
     /// A file for each frame.
     Files(Names),
-    /// One animated PNG, written at the end.
-    Animation {
-        path: PathBuf,
-        pictures: Vec<Picture>,
-    },
+    /// One animated PNG, which is written at the end.
+    Animation(PathBuf),
 }
 
 impl Output {
@@ -116,10 +129,7 @@ impl Output {
         let channels = 3 + u64::from(scene.development.is_transparent);
         let what = format!("the animation of {count} frames");
         account.take(what, pixels.saturating_mul(count), channels)?;
-        Ok(Output::Animation {
-            path,
-            pictures: Vec::new(),
-        })
+        Ok(Output::Animation(path))
     }
 
     /// Refuses names of inputs and names that come twice.
@@ -129,12 +139,12 @@ impl Output {
             let aov = aov.map(|names| names.of(frame));
             let picture = match self {
                 Output::Files(names) => names.of(frame),
-                Output::Animation { path, .. } => path.clone(),
+                Output::Animation(path) => path.clone(),
             };
             check_outputs(scene, &picture, aov.as_deref())?;
             let of_frame = match self {
                 Output::Files(_) => [Some(picture), aov],
-                Output::Animation { .. } => [aov, None],
+                Output::Animation(_) => [aov, None],
             };
             for path in of_frame.into_iter().flatten() {
                 if seen.contains(&path) {
@@ -150,54 +160,206 @@ impl Output {
     }
 }
 
+/// `relievo render --frames`.
+pub struct Animation {
+    arguments: RenderArguments,
+    frames: Range<u64>,
+    scene: Scene,
+    output: Output,
+    aov: Option<Names>,
+}
+
+/// A file that was written.
+#[derive(Serialize, Deserialize)]
+struct File {
+    path: PathBuf,
+    digest: String,
+}
+
+impl Animation {
+    /// Reads and checks the scene.
+    pub fn new(arguments: RenderArguments, frames: Range<u64>) -> anyhow::Result<Animation> {
+        arguments.check();
+        let limits = arguments.limits.limits();
+        let mut scene = Scene::load_within(&arguments.scene, &limits)?;
+        scene.set_budget(arguments.budget);
+        scene.size = arguments.size.unwrap_or(scene.size);
+        let mut account = Account::new(&scene.path, &limits);
+        let aov = match &arguments.aov {
+            Some(path) => {
+                take_aov(&scene, PIXEL_BYTES + MOTION_BYTES, &mut account)?;
+                Some(names("--aov", path)?)
+            }
+            None => None,
+        };
+        let path = default_output(&arguments, "%04d.png");
+        let output = Output::new(path, &scene, frames.end - frames.start, &mut account)?;
+        output.check(&scene, aov.as_ref(), frames.clone())?;
+        Ok(Animation {
+            arguments,
+            frames,
+            scene,
+            output,
+            aov,
+        })
+    }
+
+    /// Draws `frames` to `target`.
+    fn draw(&self, frames: Range<u64>, target: Target) -> (Sequence<'_>, anyhow::Result<()>) {
+        let mut sequence = Sequence {
+            arguments: &self.arguments,
+            scene: &self.scene,
+            target,
+            aov: self.aov.clone(),
+            before: None,
+            written: Vec::new(),
+            drawn: Vec::new(),
+        };
+        let result = if self.scene.is_still() {
+            sequence.draw_still(frames)
+        } else {
+            sequence.draw_changing(frames)
+        };
+        (sequence, result)
+    }
+
+    /// Writes the animated PNG.
+    fn save(&self, path: &Path, pictures: &[Picture]) -> anyhow::Result<()> {
+        let comments = [("Software", SOFTWARE), ("relievo-scene", &self.scene.text)];
+        Picture::save_animation(pictures, self.scene.frame_rate, path, &comments)?;
+        say(format_args!("{}", path.display()))
+    }
+}
+
+impl Work for Animation {
+    fn unit(&self) -> &'static str {
+        "frame"
+    }
+
+    fn count(&self) -> usize {
+        (self.frames.end - self.frames.start) as usize
+    }
+
+    fn inputs(&self) -> anyhow::Result<Vec<PathBuf>> {
+        Ok(inputs(&self.scene))
+    }
+
+    fn estimate(&self) -> anyhow::Result<Estimate> {
+        let Range { start, end } = self.frames;
+        let start_time = Instant::now();
+        let (sequence, result) = self.draw(start..end.min(start + 3), Target::Nowhere);
+        result?;
+        let seconds = |time: &Instant| time.duration_since(start_time).as_secs_f64();
+        let drawn: Vec<f64> = sequence.drawn.iter().map(seconds).collect();
+        let (first, last) = (drawn[0], drawn[drawn.len() - 1]);
+        let unit = match drawn.len() {
+            1 => first,
+            several => (last - first) / (several - 1) as f64,
+        };
+        Ok(Estimate {
+            setup: (first - unit).max(0.0),
+            units: vec![unit; self.count()],
+        })
+    }
+
+    fn work(&self, piece: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Value> {
+        let units = piece.units();
+        let frames = self.frames.start + units.start as u64..self.frames.start + units.end as u64;
+        let target = match (&self.output, place) {
+            (Output::Files(names), _) => Target::Files(names.clone()),
+            (Output::Animation(_), None) => Target::Memory(Vec::new()),
+            (Output::Animation(_), Some(place)) => Target::Files(Names::in_folder(place.folder)?),
+        };
+        let (sequence, result) = self.draw(frames, target);
+        // What was drawn before an error is kept.
+        if let (Output::Animation(path), Target::Memory(pictures)) =
+            (&self.output, &sequence.target)
+            && !pictures.is_empty()
+        {
+            self.save(path, pictures)?;
+        }
+        result?;
+        if place.is_none() {
+            return Ok(Value::Null);
+        }
+        let files = sequence.written.into_iter().map(|path| {
+            let digest = digest_of_file(&path)?;
+            Ok(File { path, digest })
+        });
+        Ok(serde_json::to_value(
+            files.collect::<anyhow::Result<Vec<_>>>()?,
+        )?)
+    }
+
+    fn check(&self, result: &Value) -> Result<(), String> {
+        let files = Vec::<File>::deserialize(result).map_err(|error| error.to_string())?;
+        for file in files {
+            match digest_of_file(&file.path) {
+                Ok(digest) if digest == file.digest => {}
+                Ok(_) => return Err(format!("{} has changed", file.path.display())),
+                Err(error) => return Err(format!("{error:#}")),
+            }
+        }
+        Ok(())
+    }
+
+    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
+        let Output::Animation(path) = &self.output else {
+            return Ok(());
+        };
+        let mut pictures = Vec::new();
+        for result in results.iter().filter(|result| !result.is_null()) {
+            for file in Vec::<File>::deserialize(result)? {
+                let is_picture = file.path.extension().is_some_and(|ending| ending == "png");
+                if is_picture {
+                    pictures.push(read(&file.path)?);
+                }
+            }
+        }
+        if pictures.is_empty() {
+            return Ok(());
+        }
+        self.save(path, &pictures)
+    }
+}
+
+/// Reads a picture that [`Picture::save_png`] has written.
+fn read(path: &Path) -> anyhow::Result<Picture> {
+    let file = open_regular(path).with_context(|| format!("cannot read {}", path.display()))?;
+    let wrong = || format!("{} is not a picture of this program", path.display());
+    let mut reader = png::Decoder::new(BufReader::new(file))
+        .read_info()
+        .with_context(wrong)?;
+    let mut bytes = vec![0; reader.output_buffer_size().with_context(wrong)?];
+    let found = reader.next_frame(&mut bytes).with_context(wrong)?;
+    bytes.truncate(found.buffer_size());
+    Ok(Picture {
+        width: found.width,
+        height: found.height,
+        bytes,
+    })
+}
+
+/// Where the pictures of a sequence go.
+enum Target {
+    /// A file for each frame.
+    Files(Names),
+    Memory(Vec<Picture>),
+    Nowhere,
+}
+
 /// A sequence that is being drawn.
 struct Sequence<'a> {
     arguments: &'a RenderArguments,
     scene: &'a Scene,
-    output: Output,
+    target: Target,
     aov: Option<Names>,
     /// The picture before.
     before: Option<Moment>,
-}
-
-pub fn run(arguments: &RenderArguments, frames: Range<u64>) -> anyhow::Result<()> {
-    arguments.check();
-    let limits = arguments.limits.limits();
-    let mut scene = Scene::load_within(&arguments.scene, &limits)?;
-    scene.set_budget(arguments.budget);
-    scene.size = arguments.size.unwrap_or(scene.size);
-    let mut account = Account::new(&scene.path, &limits);
-    let aov = match &arguments.aov {
-        Some(path) => {
-            take_aov(&scene, PIXEL_BYTES + MOTION_BYTES, &mut account)?;
-            Some(names("--aov", path)?)
-        }
-        None => None,
-    };
-    let path = default_output(arguments, "%04d.png");
-    let output = Output::new(path, &scene, frames.end - frames.start, &mut account)?;
-    output.check(&scene, aov.as_ref(), frames.clone())?;
-    let mut sequence = Sequence {
-        arguments,
-        scene: &scene,
-        output,
-        aov,
-        before: None,
-    };
-    let drawn = if scene.is_still() {
-        sequence.draw_still(frames)
-    } else {
-        sequence.draw_changing(frames)
-    };
-    // What was drawn before an error is kept.
-    if let Output::Animation { path, pictures } = &sequence.output
-        && !pictures.is_empty()
-    {
-        let comments = [("Software", SOFTWARE), ("relievo-scene", &scene.text)];
-        Picture::save_animation(pictures, scene.frame_rate, path, &comments)?;
-        say(format_args!("{}", path.display()))?;
-    }
-    drawn
+    /// The files that are written.
+    written: Vec<PathBuf>,
+    /// When each frame was drawn.
+    drawn: Vec<Instant>,
 }
 
 impl Sequence<'_> {
@@ -302,16 +464,19 @@ impl Sequence<'_> {
         if let Some(names) = &self.aov {
             let words = renderer.geometry(&view.frame).map_err(Error::from)?;
             let now = Moment::new(prepared, view);
-            // Frame 0 has no motion.
-            let before = self.before.as_ref().unwrap_or(&now);
-            let path = names.of(number);
-            save_exr(&path, &words, scene, prepared, view, Some(before))?;
-            say(format_args!("{}", path.display()))?;
+            if !matches!(self.target, Target::Nowhere) {
+                // Frame 0 has no motion.
+                let before = self.before.as_ref().unwrap_or(&now);
+                let path = names.of(number);
+                save_exr(&path, &words, scene, prepared, view, Some(before))?;
+                say(format_args!("{}", path.display()))?;
+                self.written.push(path);
+            }
             self.before = Some(now);
         }
         let picture = draw(prepared, view, renderer)?;
-        match &mut self.output {
-            Output::Files(names) => {
+        match &mut self.target {
+            Target::Files(names) => {
                 let path = names.of(number);
                 let number = number.to_string();
                 let comments = [
@@ -321,9 +486,12 @@ impl Sequence<'_> {
                 ];
                 picture.save_png(&path, &comments)?;
                 say(format_args!("{}", path.display()))?;
+                self.written.push(path);
             }
-            Output::Animation { pictures, .. } => pictures.push(picture),
+            Target::Memory(pictures) => pictures.push(picture),
+            Target::Nowhere => {}
         }
+        self.drawn.push(Instant::now());
         Ok(())
     }
 }

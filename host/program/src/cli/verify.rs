@@ -1,19 +1,24 @@
 //! `relievo verify`.
 
+use super::job::{Estimate, Piece, Place, PlanArguments, Work};
 use super::limits::LimitArguments;
 use super::parse_size;
 use super::progress::Bar;
 use super::say;
-use super::session::load;
+use super::session::{Loaded, inputs, load};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use relievo::Error;
 use relievo::render::gpu::{Shaders, adapters, choose};
+use relievo::scene::Scene;
 use relievo::verify::kernels::{KERNELS, record};
 use relievo::verify::matrix::for_each_variant;
 use relievo::verify::{Report, Tested};
 use relievo_bitwise::{Plan, Recorded};
-use std::path::PathBuf;
+use serde_json::Value;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 /// Compiled shaders.
 #[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -28,7 +33,7 @@ pub enum ShaderChoice {
     Portable,
 }
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct VerifyArguments {
     /// Scenes to compare pictures of
     scenes: Vec<PathBuf>,
@@ -62,76 +67,175 @@ pub struct VerifyArguments {
     #[arg(long, value_enum, default_value_t = ShaderChoice::All)]
     shaders: ShaderChoice,
     #[command(flatten)]
+    pub(super) plan: PlanArguments,
+    #[command(flatten)]
     limits: LimitArguments,
 }
 
 /// Seed of the kernels' inputs.
 const SEED: u64 = 1;
 
-pub fn run(arguments: &VerifyArguments) -> anyhow::Result<()> {
-    if arguments.scenes.is_empty() && arguments.inputs == 0 {
-        bail!("nothing to compare; name a scene, or ask for functions with --inputs N");
-    }
-    let names: Vec<&str> = KERNELS.iter().map(|kernel| kernel.name).collect();
-    if !names.iter().any(|name| name.contains(&arguments.functions)) {
-        bail!(
-            "--functions {}: no such function; there are {}",
-            arguments.functions,
-            names.join(", ")
-        );
-    }
-    let bar = Bar::new();
-    let mut tested = tested(arguments)?;
-    let mut recorded = Recorded::new();
-    for path in &arguments.scenes {
-        let mut loaded = load(path, arguments.size, &arguments.limits.limits())?;
-        record(&loaded.prepared, &mut recorded).map_err(Error::from)?;
-        let name = path.display().to_string();
-        if arguments.matrix {
-            for_each_variant(&mut loaded.prepared, |scene, variant| {
-                let name = format!("{name} ({variant})");
-                Tested::pictures(&mut tested, scene, &name, &|what| bar.show(what, 0.0))
-            })
-            .map_err(Error::from)?;
-        } else {
-            Tested::pictures(&mut tested, &loaded.prepared, &name, &|what| {
-                bar.show(what, 0.0);
-            })
-            .map_err(Error::from)?;
+/// `relievo verify`: its units are the scenes, and then the functions.
+pub struct Verification {
+    arguments: VerifyArguments,
+    /// Names of the functions to compare.
+    functions: Vec<&'static str>,
+}
+
+impl Verification {
+    /// Checks the arguments.
+    pub fn new(arguments: VerifyArguments) -> anyhow::Result<Verification> {
+        if arguments.scenes.is_empty() && arguments.inputs == 0 {
+            bail!("nothing to compare; name a scene, or ask for functions with --inputs N");
         }
+        let names = KERNELS.iter().map(|kernel| kernel.name);
+        let wanted = names
+            .clone()
+            .filter(|name| name.contains(&arguments.functions));
+        let functions: Vec<&str> = wanted.collect();
+        if functions.is_empty() {
+            bail!(
+                "--functions {}: no such function; there are {}",
+                arguments.functions,
+                names.collect::<Vec<_>>().join(", ")
+            );
+        }
+        Ok(Verification {
+            functions: if arguments.inputs > 0 {
+                functions
+            } else {
+                Vec::new()
+            },
+            arguments,
+        })
     }
-    if arguments.inputs > 0 {
+
+    fn load(&self, path: &Path) -> Result<Loaded, Error> {
+        let VerifyArguments { size, limits, .. } = &self.arguments;
+        load(path, *size, &limits.limits())
+    }
+
+    /// Compares the units of `range`, with `inputs` for each function.
+    fn compare(&self, range: Range<usize>, inputs: u64) -> anyhow::Result<Report> {
+        let VerifyArguments { scenes, matrix, .. } = &self.arguments;
+        let bar = Bar::new();
+        let mut tested = tested(&self.arguments)?;
+        let mut recorded = Recorded::new();
+        let has_functions = range.end > scenes.len();
+        for (index, path) in scenes.iter().enumerate() {
+            let is_own = range.contains(&index);
+            if !is_own && !has_functions {
+                continue;
+            }
+            let mut loaded = self.load(path)?;
+            record(&loaded.prepared, &mut recorded).map_err(Error::from)?;
+            if !is_own {
+                continue;
+            }
+            let name = path.display().to_string();
+            if *matrix {
+                for_each_variant(&mut loaded.prepared, |scene, variant| {
+                    let name = format!("{name} ({variant})");
+                    Tested::pictures(&mut tested, scene, &name, &|what| bar.show(what, 0.0))
+                })
+                .map_err(Error::from)?;
+            } else {
+                Tested::pictures(&mut tested, &loaded.prepared, &name, &|what| {
+                    bar.show(what, 0.0);
+                })
+                .map_err(Error::from)?;
+            }
+        }
         let plan = Plan {
-            inputs: arguments.inputs,
+            inputs,
             seed: SEED,
             recorded: &recorded,
         };
-        for tested in &mut tested {
+        let own = |index: usize| (index.max(scenes.len())) - scenes.len();
+        let functions = &self.functions[own(range.start)..own(range.end)];
+        for tested in tested.iter_mut().filter(|_| !functions.is_empty()) {
             tested
-                .functions(&arguments.functions, &plan, &|what, done| {
-                    bar.show(what, done)
-                })
+                .functions(functions, &plan, &|what, done| bar.show(what, done))
                 .map_err(Error::from)?;
         }
+        Ok(Report {
+            adapters: tested.into_iter().map(|tested| tested.report).collect(),
+        })
     }
-    drop(bar);
+}
 
-    let report = Report {
-        adapters: tested.into_iter().map(|tested| tested.report).collect(),
-    };
-    if arguments.json {
-        say(format_args!("{}", serde_json::to_string_pretty(&report)?))?;
-    } else {
-        say(format_args!("{}", report.to_string().trim_end()))?;
+/// Numbers of inputs that the time of a function is estimated from.
+const TRIAL_INPUTS: u64 = 4096;
+
+impl Work for Verification {
+    fn unit(&self) -> &'static str {
+        "comparison"
     }
-    let broken = report.broken();
-    if !broken.is_empty() {
-        bail!(
-            "the exact shaders differ from the CPU on {}",
-            broken.join(", ")
-        );
+
+    fn count(&self) -> usize {
+        self.arguments.scenes.len() + self.functions.len()
     }
-    Ok(())
+
+    fn inputs(&self) -> anyhow::Result<Vec<PathBuf>> {
+        let mut all = Vec::new();
+        for path in &self.arguments.scenes {
+            let scene = Scene::load_within(path, &self.arguments.limits.limits());
+            all.extend(inputs(&scene.map_err(Error::from)?));
+        }
+        Ok(all)
+    }
+
+    fn estimate(&self) -> anyhow::Result<Estimate> {
+        let time = |range: Range<usize>, inputs| -> anyhow::Result<f64> {
+            let start = Instant::now();
+            self.compare(range, inputs)?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let scenes = self.arguments.scenes.len();
+        let mut units = Vec::new();
+        for index in 0..scenes {
+            units.push(time(index..index + 1, 0)?);
+        }
+        let trial = TRIAL_INPUTS.min(self.arguments.inputs);
+        let mut setup = 0.0;
+        if !self.functions.is_empty() {
+            // A function with hardly any input is nothing but setting up.
+            setup = time(scenes..scenes + 1, 1)?;
+            let all = time(scenes..self.count(), trial)? - setup;
+            let times = self.arguments.inputs as f64 / trial.max(1) as f64;
+            let each = (all * times).max(0.0) / self.functions.len() as f64;
+            units.extend(vec![each; self.functions.len()]);
+        }
+        Ok(Estimate { setup, units })
+    }
+
+    fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Value> {
+        let report = self.compare(piece.units(), self.arguments.inputs)?;
+        Ok(serde_json::to_value(report)?)
+    }
+
+    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
+        let mut report = Report::default();
+        for (result, number) in results.into_iter().zip(1..) {
+            let part: Report = serde_json::from_value(result)?;
+            report.join(part).map_err(|problem| {
+                anyhow::anyhow!("piece {number} {problem}; plan with --adapter, and send all pieces to such machines")
+            })?;
+        }
+        if self.arguments.json {
+            say(format_args!("{}", serde_json::to_string_pretty(&report)?))?;
+        } else {
+            say(format_args!("{}", report.to_string().trim_end()))?;
+        }
+        let broken = report.broken();
+        if !broken.is_empty() {
+            bail!(
+                "the exact shaders differ from the CPU on {}",
+                broken.join(", ")
+            );
+        }
+        Ok(())
+    }
 }
 
 /// Returns the requested adapters with their signatures.

@@ -17,6 +17,8 @@ pub use page::page;
 use fastrand::Rng;
 use rayon::prelude::*;
 use sample::Sample;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// A function, or part of its result, and its domain.
 pub struct Function {
@@ -40,7 +42,7 @@ pub struct Function {
 }
 
 /// Errors found for a range of exponents.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Row {
     /// First exponent.
     pub exponent: i32,
@@ -49,9 +51,16 @@ pub struct Row {
     /// Fraction with another discrete result; these have no error.
     pub others: f64,
     /// Median error of the rest.
+    #[serde(deserialize_with = "number")]
     pub median: f64,
     /// Largest error of the rest; infinite if one is NaN.
+    #[serde(deserialize_with = "number")]
     pub worst: f64,
+}
+
+/// Reads a number. JSON has null for infinity.
+fn number<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    Ok(Option::deserialize(from)?.unwrap_or(f64::INFINITY))
 }
 
 /// Returns every function.
@@ -61,21 +70,54 @@ pub fn functions() -> impl Iterator<Item = &'static Function> {
         .flatten()
 }
 
+/// Returns the rows of all functions: a function and its first exponent.
+pub fn rows() -> Vec<(&'static Function, i32)> {
+    functions()
+        .flat_map(|function| function.rows().map(move |exponent| (function, exponent)))
+        .collect()
+}
+
+/// Measures `count` inputs of each of `rows`. `progress` gets a function's name and the share that
+/// is done.
+pub fn measure(
+    rows: &[(&Function, i32)],
+    count: usize,
+    progress: &(dyn Fn(&str, f64) + Sync),
+) -> Vec<Row> {
+    let done = AtomicUsize::new(0);
+    let measure = |(function, exponent): &(&Function, i32)| {
+        let row = function.measure_row(*exponent, count);
+        let done = 1 + done.fetch_add(1, Ordering::Relaxed);
+        progress(function.name, done as f64 / rows.len() as f64);
+        row
+    };
+    rows.par_iter().map(measure).collect()
+}
+
 impl Function {
-    /// Measures `count` inputs per row, the same in every run.
-    pub fn measure(&self, count: usize) -> Vec<Row> {
+    /// Returns the first exponent of each row.
+    pub fn rows(&self) -> impl Iterator<Item = i32> + use<> {
         let [first, end] = self.exponents;
-        let rows: Vec<i32> = (first..end).step_by(self.stride).collect();
-        let row = |&exponent: &i32| {
-            let above = (exponent + self.stride as i32).min(end);
-            let mut rng = Rng::with_seed(exponent as u64);
-            let samples = (0..count).map(|_| {
-                let power = f64::from(exponent) + f64::from(above - exponent) * rng.f64();
-                (self.sample)(&mut rng, power.exp2())
-            });
-            Row::of(exponent, samples)
-        };
-        rows.par_iter().map(row).collect()
+        (first..end).step_by(self.stride)
+    }
+
+    /// Measures `count` inputs of the row from `exponent`, the same in every run.
+    pub fn measure_row(&self, exponent: i32, count: usize) -> Row {
+        let above = (exponent + self.stride as i32).min(self.exponents[1]);
+        let mut rng = Rng::with_seed(exponent as u64);
+        let samples = (0..count).map(|_| {
+            let power = f64::from(exponent) + f64::from(above - exponent) * rng.f64();
+            (self.sample)(&mut rng, power.exp2())
+        });
+        Row::of(exponent, samples)
+    }
+
+    /// Measures `count` inputs of each row.
+    pub fn measure(&self, count: usize) -> Vec<Row> {
+        let rows: Vec<i32> = self.rows().collect();
+        let rows = rows.par_iter();
+        rows.map(|&exponent| self.measure_row(exponent, count))
+            .collect()
     }
 
     /// Returns whether `row` keeps the bounds.

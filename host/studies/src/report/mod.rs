@@ -10,7 +10,7 @@ use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::RenderError;
 use relievo::render::gpu::{Adapter, Choice, EntryPoints, Extent, Shaders};
 use relievo::scene::{Scene, Tier};
-use relievo::verify::kernels::record;
+use relievo::verify::kernels::{KERNELS, record};
 use relievo::verify::{AdapterReport, Tested};
 use relievo_bitwise::{Plan, Recorded};
 use relievo_compiled::{Driver, Shader, Texts};
@@ -145,7 +145,8 @@ pub fn report(
         seed: SEED,
         recorded: &recorded,
     };
-    tested.functions("", &plan, &|what, _| progress(what, 0.1))?;
+    let names: Vec<&str> = KERNELS.iter().map(|kernel| kernel.name).collect();
+    tested.functions(&names, &plan, &|what, _| progress(what, 0.1))?;
 
     progress("times of the tiers".to_string(), 0.3);
     // Those that the program takes, and those that are made for speed.

@@ -1,20 +1,24 @@
 //! `relievo bench budget`.
 
 use super::{Measured, measured_adapter};
+use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work};
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
 use crate::cli::say;
 use clap::Args;
 use relievo::Error;
-use relievo::budget::{Held, Model, Recipe, Study};
+use relievo::budget::{Held, Model, Promise, Recipe, Study, random_scene};
 use relievo::prepare::PreparedScene;
 use relievo::render::gpu::{Adapter, Shaders};
-use relievo::scene::{MapOptions, Tier};
+use relievo::scene::{MapOptions, Scene, Tier};
 use relievo::shape_map::Storage;
 use relievo_studies::bench::{Backend, Summary, Timed};
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::path::PathBuf;
+use std::time::Instant;
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct BenchBudgetArguments {
     /// Number of random scenes
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..1_000_000))]
@@ -26,8 +30,8 @@ pub struct BenchBudgetArguments {
     #[arg(long, value_name = "WxH", default_value = "200x150", value_parser = parse_size)]
     size: [u32; 2],
     /// Print the model fitted to these scenes instead
-    #[arg(long)]
-    fit: bool,
+    #[arg(long, conflicts_with = "plan")]
+    pub(super) fit: bool,
     /// Also time every plan against a sweep of variants
     #[arg(long, conflicts_with = "fit")]
     cost: bool,
@@ -43,64 +47,199 @@ pub struct BenchBudgetArguments {
     /// Folder with this project's meshes and patterns
     #[arg(long, value_name = "DIR", default_value = "assets")]
     assets: PathBuf,
+    #[command(flatten)]
+    pub(super) plan: PlanArguments,
 }
 
 /// Error budgets to measure, pixels.
 const BUDGETS: [f64; 3] = [0.1, 0.5, 2.0];
 
-pub fn run(arguments: &BenchBudgetArguments) -> anyhow::Result<()> {
-    if arguments.fit {
-        return fit(arguments);
+/// Results of a random scene with each of [`BUDGETS`].
+#[derive(Serialize, Deserialize)]
+struct OfScene {
+    number: u64,
+    budgets: [Outcome; BUDGETS.len()],
+}
+
+/// Result of a random scene with one error budget.
+#[derive(Clone, Default, Serialize, Deserialize)]
+struct Outcome {
+    is_kept: bool,
+    is_promised: bool,
+    /// Share of pixels that are worse; `None` without a reference.
+    share_above: Option<f64>,
+    /// Index of the tier that the plan has.
+    tier: usize,
+    /// Cost relative to the cheapest variant that keeps the budget: CPU, GPU.
+    cost: [Option<f64>; 2],
+}
+
+impl BenchBudgetArguments {
+    fn adapter(&self) -> Result<Option<Adapter>, Error> {
+        measured_adapter(self.backend, self.adapter.as_deref())
     }
-    let adapter = measured_adapter(arguments.backend, arguments.adapter.as_deref())?;
-    let mut tally: [Tally; BUDGETS.len()] = Default::default();
-    for_each_study(arguments, |number, study| {
+
+    fn study(&self, number: u64) -> Result<Study, Error> {
+        Study::new(self.series, number, self.size, &self.assets)
+    }
+
+    /// Studies random scene `number`.
+    fn of_scene(&self, number: u64, adapter: Option<&Adapter>) -> anyhow::Result<OfScene> {
+        let study = self.study(number)?;
         let held = study.hold(&BUDGETS)?;
-        for (held, tally) in held.iter().zip(&mut tally) {
-            tally.add(number, held);
+        let mut budgets: [Outcome; BUDGETS.len()] = Default::default();
+        for (held, outcome) in held.iter().zip(&mut budgets) {
+            let tier = held.plan.recipe.tier;
+            *outcome = Outcome {
+                is_kept: held.is_kept(),
+                is_promised: held.plan.promise == Promise::Kept,
+                share_above: held.share_above,
+                tier: Tier::ALL
+                    .iter()
+                    .position(|known| *known == tier)
+                    .unwrap_or(0),
+                cost: [None; 2],
+            };
         }
-        if arguments.cost && study.has_truth() {
-            cost(study, &held, adapter.as_ref(), arguments, &mut tally)?;
+        if self.cost && study.has_truth() {
+            cost(&study, &held, adapter, self, &mut budgets)?;
+        }
+        Ok(OfScene { number, budgets })
+    }
+}
+
+/// Number of scenes that the time is estimated from.
+const TRIAL_SCENES: u64 = 2;
+
+impl Work for BenchBudgetArguments {
+    fn unit(&self) -> &'static str {
+        "scene"
+    }
+
+    fn count(&self) -> usize {
+        self.scenes as usize
+    }
+
+    fn inputs(&self) -> anyhow::Result<Vec<PathBuf>> {
+        let mut all = Vec::new();
+        for number in 0..self.scenes {
+            let scene = Scene::parse(
+                &random_scene(self.series, number, self.size),
+                &self.assets.join("scenes/random.toml"),
+            );
+            all.extend(scene.map_err(Error::from)?.named_files());
+        }
+        Ok(all)
+    }
+
+    fn estimate(&self) -> anyhow::Result<Estimate> {
+        let adapter = self.adapter()?;
+        let start = Instant::now();
+        let trial = self.scenes.min(TRIAL_SCENES);
+        for number in 0..trial {
+            self.of_scene(number, adapter.as_ref())?;
+        }
+        let each = start.elapsed().as_secs_f64() / trial as f64;
+        Ok(Estimate {
+            setup: 0.0,
+            units: vec![each; self.count()],
+        })
+    }
+
+    fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Value> {
+        let adapter = self.adapter()?;
+        let bar = Bar::new();
+        let units = piece.units();
+        let mut all = Vec::new();
+        for number in units.clone() {
+            bar.show(
+                format!("scene {} of {}", number + 1, self.scenes),
+                (number - units.start) as f64 / units.len() as f64,
+            );
+            all.push(self.of_scene(number as u64, adapter.as_ref())?);
+        }
+        Ok(serde_json::to_value(all)?)
+    }
+
+    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
+        let mut all = Vec::new();
+        for result in results {
+            all.extend(serde_json::from_value::<Vec<OfScene>>(result)?);
+        }
+        for (index, budget) in BUDGETS.iter().enumerate() {
+            let outcomes = all.iter().map(|of| (of.number, &of.budgets[index]));
+            say_tally(*budget, self.series, &outcomes.collect::<Vec<_>>())?;
         }
         Ok(())
-    })?;
-    for (budget, tally) in BUDGETS.iter().zip(&tally) {
-        tally.say(*budget, arguments.series)?;
+    }
+}
+
+/// Prints the results of one error budget.
+fn say_tally(budget: f64, series: u64, outcomes: &[(u64, &Outcome)]) -> anyhow::Result<()> {
+    let count = |is_counted: &dyn Fn(&Outcome) -> bool| {
+        let counted = outcomes.iter().filter(|(_, outcome)| is_counted(outcome));
+        counted.count()
+    };
+    let is_broken = |outcome: &Outcome| outcome.is_promised && !outcome.is_kept;
+    let tiers: Vec<String> = (0..)
+        .zip(Tier::ALL)
+        .map(|(index, tier)| (tier, count(&|outcome| outcome.tier == index)))
+        .filter(|(_, count)| *count > 0)
+        .map(|(tier, count)| format!("{} {count}", tier.name()))
+        .collect();
+    say(format_args!(
+        "budget {budget} px: kept in {} of {} random scenes; not promised in {}; promised and not kept in {}; drawn {}",
+        count(&|outcome| outcome.is_kept),
+        outcomes.len(),
+        count(&|outcome| !outcome.is_promised),
+        count(&is_broken),
+        tiers.join(", "),
+    ))?;
+    for (number, outcome) in outcomes.iter().filter(|(_, outcome)| is_broken(outcome)) {
+        say(format_args!(
+            "  scene {number} of series {series}: {:.2} % of the pixels are worse",
+            100.0 * outcome.share_above.unwrap_or(1.0)
+        ))?;
+    }
+    for (backend, name) in ["CPU", "GPU"].into_iter().enumerate() {
+        let ratios = outcomes
+            .iter()
+            .filter_map(|(_, outcome)| outcome.cost[backend]);
+        let ratios: Vec<f64> = ratios.collect();
+        if let Some(summary) = Summary::of(&ratios) {
+            say(format_args!(
+                "  {name}: a frame takes {:.2} times that of the cheapest variant that keeps the budget (median of {}; quartiles {:.2} to {:.2}, at most {:.2})",
+                summary.median,
+                ratios.len(),
+                summary.lower_quartile,
+                summary.upper_quartile,
+                summary.maximum,
+            ))?;
+        }
     }
     Ok(())
 }
 
-/// Calls `visit` with the number and study of each random scene.
-fn for_each_study(
-    arguments: &BenchBudgetArguments,
-    mut visit: impl FnMut(u64, &Study) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
+/// Prints the models fitted to the scenes.
+pub fn fit(arguments: &BenchBudgetArguments) -> anyhow::Result<()> {
+    let tiers = [Tier::Planar, Tier::Fast];
+    let recipes = tiers.map(|tier| Recipe::plain(tier, MapOptions::default()));
+    let mut cases = [Vec::new(), Vec::new()];
     let bar = Bar::new();
     for number in 0..arguments.scenes {
         bar.show(
             format!("scene {} of {}", number + 1, arguments.scenes),
             number as f64 / arguments.scenes as f64,
         );
-        let study = Study::new(arguments.series, number, arguments.size, &arguments.assets)?;
-        visit(number, &study)?;
-    }
-    Ok(())
-}
-
-/// Prints the models fitted to the scenes.
-fn fit(arguments: &BenchBudgetArguments) -> anyhow::Result<()> {
-    let tiers = [Tier::Planar, Tier::Fast];
-    let recipes = tiers.map(|tier| Recipe::plain(tier, MapOptions::default()));
-    let mut cases = [Vec::new(), Vec::new()];
-    for_each_study(arguments, |_, study| {
+        let study = arguments.study(number)?;
         let metrics = study.metrics()?;
         if metrics.rays > 0 {
             for (error_px, cases) in study.errors_px(&recipes)?.into_iter().zip(&mut cases) {
                 cases.push((metrics, error_px));
             }
         }
-        Ok(())
-    })?;
+    }
+    drop(bar);
     for (tier, cases) in tiers.iter().zip(&cases) {
         match Model::fit(cases) {
             Some(model) => say(format_args!(
@@ -112,75 +251,6 @@ fn fit(arguments: &BenchBudgetArguments) -> anyhow::Result<()> {
         }
     }
     Ok(())
-}
-
-/// Results of one error budget.
-#[derive(Default)]
-struct Tally {
-    scenes: usize,
-    kept: usize,
-    /// Promised but not kept: scene, and fraction of wrong pixels.
-    broken: Vec<(u64, f64)>,
-    /// Number of scenes without a promise.
-    doubted: usize,
-    /// Number of scenes drawn in each tier.
-    tiers: [usize; Tier::ALL.len()],
-    /// Cost relative to the cheapest variant that keeps the budget: CPU, GPU.
-    cost: [Vec<f64>; 2],
-}
-
-impl Tally {
-    fn add(&mut self, number: u64, held: &Held) {
-        self.scenes += 1;
-        self.kept += usize::from(held.is_kept());
-        self.doubted += usize::from(held.plan.promise != relievo::budget::Promise::Kept);
-        if !held.is_honest() {
-            self.broken.push((number, held.share_above.unwrap_or(1.0)));
-        }
-        let tier = Tier::ALL
-            .iter()
-            .position(|tier| *tier == held.plan.recipe.tier);
-        self.tiers[tier.unwrap_or_default()] += 1;
-    }
-
-    fn say(&self, budget: f64, series: u64) -> anyhow::Result<()> {
-        let Tally {
-            scenes,
-            kept,
-            doubted,
-            ..
-        } = self;
-        let tiers: Vec<String> = Tier::ALL
-            .iter()
-            .zip(self.tiers)
-            .filter(|(_, count)| *count > 0)
-            .map(|(tier, count)| format!("{} {count}", tier.name()))
-            .collect();
-        say(format_args!(
-            "budget {budget} px: kept in {kept} of {scenes} random scenes; not promised in {doubted}; promised and not kept in {}; drawn {}",
-            self.broken.len(),
-            tiers.join(", "),
-        ))?;
-        for (number, share) in &self.broken {
-            say(format_args!(
-                "  scene {number} of series {series}: {:.2} % of the pixels are worse",
-                100.0 * share
-            ))?;
-        }
-        for (name, ratios) in ["CPU", "GPU"].iter().zip(&self.cost) {
-            if let Some(summary) = Summary::of(ratios) {
-                say(format_args!(
-                    "  {name}: a frame takes {:.2} times that of the cheapest variant that keeps the budget (median of {}; quartiles {:.2} to {:.2}, at most {:.2})",
-                    summary.median,
-                    ratios.len(),
-                    summary.lower_quartile,
-                    summary.upper_quartile,
-                    summary.maximum,
-                ))?;
-            }
-        }
-        Ok(())
-    }
 }
 
 /// Returns the variants that plans are compared with.
@@ -221,7 +291,7 @@ fn cost(
     held: &[Held],
     adapter: Option<&Adapter>,
     arguments: &BenchBudgetArguments,
-    tally: &mut [Tally],
+    budgets: &mut [Outcome],
 ) -> anyhow::Result<()> {
     let sweep = sweep();
     let kept = study.kept(&sweep, &BUDGETS)?;
@@ -252,9 +322,9 @@ fn cost(
     }
     for (backend, times) in times {
         let (of_variants, of_plans) = times.split_at(variants.len());
-        for ((budget, tally), (held, time)) in BUDGETS
+        for ((budget, outcome), (held, time)) in BUDGETS
             .iter()
-            .zip(&mut *tally)
+            .zip(&mut *budgets)
             .zip(held.iter().zip(of_plans))
         {
             let keepers = variants.iter().zip(of_variants);
@@ -264,7 +334,7 @@ fn cost(
                 .reduce(f64::min);
             // The plan itself may be the cheapest.
             if let Some(cheapest) = cheapest.filter(|_| held.is_kept()) {
-                tally.cost[backend].push(time / cheapest.min(*time));
+                outcome.cost[backend] = Some(time / cheapest.min(*time));
             }
         }
     }

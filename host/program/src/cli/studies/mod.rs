@@ -9,7 +9,7 @@ mod geometry;
 mod report;
 mod tradeoff;
 
-use super::{refuse_adapter, say};
+use super::{Planned, refuse_adapter, say};
 use bench::Comparison;
 use clap::{Args, Subcommand, ValueEnum};
 use relievo::Error;
@@ -56,10 +56,26 @@ pub enum BenchCommand {
     Geometry(geometry::BenchGeometryArguments),
 }
 
-/// Runs the command.
+/// Returns the work of a command; `None` if it has no pieces.
+pub fn work_of(command: &Command) -> anyhow::Result<Option<Planned>> {
+    Ok(match command {
+        Command::Bounds(arguments) => Some((Box::new(arguments.clone()), arguments.plan.clone())),
+        Command::Bench(BenchCommand::Budget(arguments)) if !arguments.fit => {
+            Some((Box::new(arguments.clone()), arguments.plan.clone()))
+        }
+        Command::Tradeoff(arguments) => {
+            let work = tradeoff::Sweep::new(arguments.clone())?;
+            Some((Box::new(work), arguments.plan.clone()))
+        }
+        _ => None,
+    })
+}
+
+/// Runs a command that has no pieces.
 pub fn run(command: Command) -> anyhow::Result<()> {
     match command {
-        Command::Bounds(arguments) => bounds::run(&arguments),
+        // They have pieces.
+        Command::Bounds(_) | Command::Tradeoff(_) => Ok(()),
         Command::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
         Command::Bench(BenchCommand::Exactness(arguments)) => {
             bench::compare(&arguments, Comparison::Exactness)
@@ -67,13 +83,12 @@ pub fn run(command: Command) -> anyhow::Result<()> {
         Command::Bench(BenchCommand::Specialization(arguments)) => {
             bench::compare(&arguments, Comparison::Specialization)
         }
-        Command::Bench(BenchCommand::Budget(arguments)) => budget::run(&arguments),
+        Command::Bench(BenchCommand::Budget(arguments)) => budget::fit(&arguments),
         Command::Bench(BenchCommand::Table1(arguments)) => bench::table1(&arguments),
         Command::Bench(BenchCommand::Distance(arguments)) => bench::distance(&arguments),
         Command::Bench(BenchCommand::Edges(arguments)) => bench::edges(&arguments),
         Command::Bench(BenchCommand::Scaling(arguments)) => bench::scaling(&arguments),
         Command::Bench(BenchCommand::Geometry(arguments)) => geometry::run(&arguments),
-        Command::Tradeoff(arguments) => tradeoff::run(&arguments),
         Command::Report(arguments) => report::run(&arguments),
         Command::Gallery(arguments) => gallery::run(&arguments),
     }
@@ -126,7 +141,7 @@ impl Study<'_> {
 }
 
 /// The devices that a command measures.
-#[derive(Args)]
+#[derive(Args, Clone)]
 pub struct DeviceArguments {
     /// Devices to measure
     #[arg(long, value_enum, default_value_t = Measured::Both)]

@@ -1,23 +1,29 @@
 //! `relievo tradeoff`.
 
 use super::DeviceArguments;
+use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, digest_of_file};
 use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
 use crate::cli::say;
+use crate::cli::session::inputs;
 use anyhow::Context;
 use clap::Args;
 use relievo::Error;
 use relievo::file::write_bytes;
 use relievo::scene::Scene;
 use relievo_studies::tradeoff::{
-    Asked, Devices, FORMAT, Grid, Header, Machine, Report, Shard, Store, Subject, png, sweep,
+    Asked, Devices, FORMAT, Grid, Header, Machine, Rendering, Report, Shard, Store, Subject, png,
+    sweep, variants,
 };
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 use std::path::{Path, PathBuf};
+use std::time::Instant;
 
-#[derive(Args)]
+#[derive(Args, Clone)]
 #[command(
-    after_help = "Each variant is on the disk as soon as it is measured: the same command goes on after an interruption.\nOn several machines: --shard 1/8 … --shard 8/8 with one folder, then --merge."
+    after_help = "Each variant is on the disk as soon as it is measured: the same command goes on after an interruption.\nOn several machines: --plan (docs/cluster.md)."
 )]
 pub struct TradeoffArguments {
     /// Scene file
@@ -37,16 +43,11 @@ pub struct TradeoffArguments {
     /// Size of the pictures instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
-    /// Measure only this part of the variants, such as 2/8, and write no report
-    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
-    shard: Option<Shard>,
-    /// Measure nothing; join the parts in the folder and write the report
-    #[arg(long, conflicts_with_all = ["shard", "restart", "quick", "frames", "backend", "adapter", "size"])]
-    merge: bool,
-    /// Discard this shard's measurements in the folder, and those of sweeps with another number of
-    /// shards
-    #[arg(long)]
+    /// Discard measurements in the folder
+    #[arg(long, conflicts_with = "plan")]
     restart: bool,
+    #[command(flatten)]
+    pub(super) plan: PlanArguments,
     #[command(flatten)]
     limits: LimitArguments,
 }
@@ -57,31 +58,136 @@ const SVG: &str = "pareto.svg";
 const PNG: &str = "pareto.png";
 const PAGE: &str = "tradeoff.md";
 
-pub fn run(arguments: &TradeoffArguments) -> anyhow::Result<()> {
-    let mut scene =
-        Scene::load_within(&arguments.scene, &arguments.limits.limits()).map_err(Error::from)?;
-    if let Some(size) = arguments.size {
-        scene.size = size;
-    }
-    let subject = Subject::new(scene)?;
-    if arguments.merge {
-        return report(&subject, arguments);
-    }
-    let shard = arguments.shard.unwrap_or(Shard::WHOLE);
-    measure(&subject, shard, arguments)?;
-    if shard.count == 1 {
-        return report(&subject, arguments);
-    }
-    say(format_args!(
-        "when all {} shards are done: relievo tradeoff {} -o {} --merge",
-        shard.count,
-        arguments.scene.display(),
-        arguments.output.display()
-    ))
+/// A sweep. Its units are settings, each with all renderers.
+pub struct Sweep {
+    arguments: TradeoffArguments,
+    subject: Subject,
 }
 
-/// Measures the missing variants of `shard`.
-fn measure(subject: &Subject, shard: Shard, arguments: &TradeoffArguments) -> anyhow::Result<()> {
+/// Measurements of a piece.
+#[derive(Serialize, Deserialize)]
+struct Measured {
+    folder: PathBuf,
+    file: String,
+    digest: String,
+}
+
+impl Sweep {
+    /// Reads the scene.
+    pub fn new(arguments: TradeoffArguments) -> anyhow::Result<Sweep> {
+        let scene = Scene::load_within(&arguments.scene, &arguments.limits.limits());
+        let mut scene = scene.map_err(Error::from)?;
+        if let Some(size) = arguments.size {
+            scene.size = size;
+        }
+        let subject = Subject::new(scene)?;
+        Ok(Sweep { arguments, subject })
+    }
+
+    fn grid(&self) -> Grid {
+        match self.arguments.quick {
+            true => Grid::Quick,
+            false => Grid::Full,
+        }
+    }
+}
+
+impl Work for Sweep {
+    fn unit(&self) -> &'static str {
+        "setting"
+    }
+
+    fn count(&self) -> usize {
+        variants(&self.subject, self.grid(), &[Rendering::Cpu]).len()
+    }
+
+    fn inputs(&self) -> anyhow::Result<Vec<PathBuf>> {
+        Ok(inputs(&self.subject.scene))
+    }
+
+    fn estimate(&self) -> anyhow::Result<Estimate> {
+        let count = self.count();
+        // The first of so many shards has `few` settings, from all parts of the sweep.
+        let few = count.min(4);
+        let time = |settings: usize| -> anyhow::Result<f64> {
+            let folder = tempfile::tempdir().context("cannot make a temporary folder")?;
+            let shard = Shard {
+                number: 1,
+                count: count.div_ceil(settings) as u32,
+            };
+            let start = Instant::now();
+            measure(
+                &self.subject,
+                shard,
+                folder.path(),
+                self.grid(),
+                &self.arguments,
+            )?;
+            Ok(start.elapsed().as_secs_f64())
+        };
+        let one = time(1)?;
+        let (setup, unit) = if few > 1 {
+            let unit = ((time(few)? - one) / (few - 1) as f64).max(0.0);
+            ((one - unit).max(0.0), unit)
+        } else {
+            (0.0, one)
+        };
+        Ok(Estimate {
+            setup,
+            units: vec![unit; count],
+        })
+    }
+
+    fn work(&self, _: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Value> {
+        let (folder, shard) = match place {
+            Some(place) => (
+                place.folder,
+                Shard {
+                    number: place.number as u32,
+                    count: place.count as u32,
+                },
+            ),
+            None => (self.arguments.output.as_path(), Shard::WHOLE),
+        };
+        let [done, kept] = measure(&self.subject, shard, folder, self.grid(), &self.arguments)?;
+        let file = Store::name(shard);
+        say(format_args!(
+            "variants measured: {done}, kept from before: {kept}; {}",
+            folder.join(&file).display()
+        ))?;
+        Ok(serde_json::to_value(Measured {
+            digest: digest_of_file(&folder.join(&file))?,
+            folder: folder.to_path_buf(),
+            file,
+        })?)
+    }
+
+    fn check(&self, result: &Value) -> Result<(), String> {
+        let text = |error: &dyn std::fmt::Display| error.to_string();
+        let measured = Measured::deserialize(result).map_err(|error| text(&error))?;
+        let path = measured.folder.join(measured.file);
+        match digest_of_file(&path) {
+            Ok(digest) if digest == measured.digest => Ok(()),
+            Ok(_) => Err(format!("{} has changed", path.display())),
+            Err(error) => Err(format!("{error:#}")),
+        }
+    }
+
+    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
+        let first = results.first().context("there are no measurements")?;
+        let folder = Measured::deserialize(first)?.folder;
+        report(&self.subject, &folder, &self.arguments)
+    }
+}
+
+/// Measures the missing variants of `shard`; returns how many, and how many were there.
+fn measure(
+    subject: &Subject,
+    shard: Shard,
+    folder: &Path,
+    grid: Grid,
+    arguments: &TradeoffArguments,
+) -> anyhow::Result<[usize; 2]> {
     let adapter = arguments.devices.adapter()?;
     let devices = Devices {
         adapter: adapter.as_ref(),
@@ -93,11 +199,7 @@ fn measure(subject: &Subject, shard: Shard, arguments: &TradeoffArguments) -> an
         digest: subject.digest.clone(),
         size: subject.scene.size,
         frames: arguments.frames,
-        grid: if arguments.quick {
-            Grid::Quick
-        } else {
-            Grid::Full
-        },
+        grid,
         renderings: devices.renderings(arguments.devices.has_cpu()),
         shard,
         machine: Machine {
@@ -105,7 +207,7 @@ fn measure(subject: &Subject, shard: Shard, arguments: &TradeoffArguments) -> an
             adapter: adapter.as_ref().map(|adapter| adapter.describe()),
         },
     };
-    let mut store = Store::open(&arguments.output, &header, arguments.restart)?;
+    let mut store = Store::open(folder, &header, arguments.restart)?;
     let kept = store.records.len();
     let bar = Bar::new();
     let done = sweep(
@@ -117,17 +219,13 @@ fn measure(subject: &Subject, shard: Shard, arguments: &TradeoffArguments) -> an
             bar.show(message, fraction);
         },
     )?;
-    drop(bar);
-    say(format_args!(
-        "variants measured: {done}, kept from before: {kept}; {}",
-        arguments.output.join(Store::name(shard)).display()
-    ))
+    Ok([done, kept])
 }
 
-/// Writes the report of all measurements in the folder.
-fn report(subject: &Subject, arguments: &TradeoffArguments) -> anyhow::Result<()> {
+/// Writes the report of all measurements in `measured`.
+fn report(subject: &Subject, measured: &Path, arguments: &TradeoffArguments) -> anyhow::Result<()> {
     let folder = &arguments.output;
-    let report = Report::read(folder, subject)?;
+    let report = Report::read(measured, subject)?;
     let encoding = |name: &str| {
         let path = folder.join(name);
         |message| Error::Encode { path, message }
@@ -170,9 +268,6 @@ fn command(arguments: &TradeoffArguments, report: &Report) -> anyhow::Result<Str
     if header.grid == Grid::Quick {
         words += " --quick";
     }
-    if header.shard.count > 1 {
-        words += &format!(" --shard i/{}", header.shard.count);
-    }
     Ok(words)
 }
 
@@ -190,35 +285,4 @@ fn cpu() -> String {
         .map_or("CPU", |(_, model)| model.trim());
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     format!("{model}, {threads} threads")
-}
-
-/// Parses `2/8` as the second of eight shards.
-pub fn parse_shard(text: &str) -> Result<Shard, String> {
-    const MOST: u32 = 10_000;
-    let numbers = text.split_once('/').and_then(|(number, count)| {
-        let shard = Shard {
-            number: number.parse().ok()?,
-            count: count.parse().ok()?,
-        };
-        let is_one = (1..=MOST).contains(&shard.count) && (1..=shard.count).contains(&shard.number);
-        is_one.then_some(shard)
-    });
-    numbers.ok_or_else(|| {
-        format!("a shard is its number, from 1, of how many there are (up to {MOST}), such as 2/8")
-    })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn shards() {
-        let shard = |number, count| Ok(Shard { number, count });
-        assert_eq!(parse_shard("2/8"), shard(2, 8));
-        assert_eq!(parse_shard("1/1"), shard(1, 1));
-        for bad in ["", "2", "0/4", "5/4", "1/0", "-1/2", "a/b", "1/99999"] {
-            assert!(parse_shard(bad).is_err(), "{bad}");
-        }
-    }
 }

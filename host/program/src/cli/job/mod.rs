@@ -1,0 +1,114 @@
+//! Work in pieces, on one machine or many: `--plan`, `relievo job` and `relievo submit`.
+//!
+//! ```text
+//! plan    job files: the command, its files, and its pieces
+//! piece   doing a piece, and joining all
+//! slurm   submitting the pieces to Slurm
+//! ```
+
+mod piece;
+mod plan;
+mod slurm;
+
+use super::Arguments;
+use clap::{Args, Parser};
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+pub use plan::{Piece, PlanArguments, digest_of_file};
+pub use slurm::SubmitArguments;
+
+/// A command whose work consists of units that can be done in any order, and on any machine.
+pub trait Work {
+    /// Returns what a unit is called, such as "frame".
+    fn unit(&self) -> &'static str;
+
+    /// Returns the number of units.
+    fn count(&self) -> usize;
+
+    /// Returns the files that decide the results.
+    fn inputs(&self) -> anyhow::Result<Vec<PathBuf>>;
+
+    /// Does a little of the work, without outputs, and returns how long all of it takes.
+    fn estimate(&self) -> anyhow::Result<Estimate>;
+
+    /// Does the units of a piece, and returns what [`Work::merge`] needs of it. Does them again if
+    /// they were done before. `place` is which piece of a job it is; `None` if there is no job.
+    fn work(&self, piece: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Value>;
+
+    /// Fails with what is missing if outputs of a piece with this result are not as it left them.
+    fn check(&self, _result: &Value) -> Result<(), String> {
+        Ok(())
+    }
+
+    /// Joins the results of all pieces, in order.
+    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()>;
+}
+
+/// Which piece of a job is done.
+pub struct Place<'a> {
+    /// Its number, from 1.
+    pub number: usize,
+    /// Number of pieces.
+    pub count: usize,
+    /// Folder for what is kept until the pieces are joined.
+    pub folder: &'a Path,
+}
+
+/// How long the work takes, seconds.
+pub struct Estimate {
+    /// What each piece takes before its first unit.
+    pub setup: f64,
+    /// Each unit.
+    pub units: Vec<f64>,
+}
+
+/// Does all of `work`, or writes the plan that was asked for.
+pub fn run(work: &dyn Work, arguments: &PlanArguments) -> anyhow::Result<()> {
+    if let Some(path) = &arguments.plan {
+        return plan::write(work, arguments, path);
+    }
+    let all = Piece {
+        first: 0,
+        end: work.count(),
+        seconds: 0.0,
+    };
+    let result = work.work(&all, None)?;
+    work.merge(vec![result])
+}
+
+/// Returns the work of a command line; `None` if its command cannot be cut into pieces.
+fn work_of(words: &[String]) -> anyhow::Result<Option<Box<dyn Work>>> {
+    let words = std::iter::once("relievo").chain(words.iter().map(String::as_str));
+    let arguments = Arguments::try_parse_from(words)?;
+    Ok(super::work_of(&arguments.command)?.map(|(work, _)| work))
+}
+
+#[derive(Args)]
+#[command(
+    after_help = "Without --piece and --merge it tells which pieces are done.\nJob files are made by --plan of render --frames, verify, tradeoff, bounds and bench budget."
+)]
+pub struct JobArguments {
+    /// Job file
+    job: PathBuf,
+    /// Do this piece, from 1, unless it is done
+    #[arg(long, value_name = "I")]
+    piece: Option<usize>,
+    /// Join all pieces: write or print the result of the command
+    #[arg(long, conflicts_with = "piece")]
+    merge: bool,
+}
+
+/// `relievo job`.
+pub fn job(arguments: &JobArguments) -> anyhow::Result<()> {
+    match arguments.piece {
+        Some(piece) => piece::run(&arguments.job, piece),
+        None if arguments.merge => piece::merge(&arguments.job),
+        None => piece::status(&arguments.job),
+    }
+}
+
+/// `relievo submit`.
+pub fn submit(arguments: &SubmitArguments) -> anyhow::Result<()> {
+    slurm::submit(arguments)
+}

@@ -1,0 +1,357 @@
+//! Job files: what a command would do, cut into pieces.
+
+use super::{Estimate, Work};
+use crate::cli::say;
+use anyhow::{Context, bail};
+use clap::Args;
+use relievo::file::{read_regular, write_bytes};
+use serde::{Deserialize, Serialize};
+use siphasher::sip128::{Hasher128, SipHasher24};
+use std::ffi::OsString;
+use std::hash::Hasher;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Options of commands that can be cut into pieces.
+#[derive(Args, Clone)]
+pub struct PlanArguments {
+    /// Write a plan of the work in pieces to this file, and do none of it; relievo job does the pieces
+    #[arg(long, value_name = "JOB.json")]
+    pub plan: Option<PathBuf>,
+    /// Least time of a piece by estimate, seconds; schedulers drown in pieces that are much shorter.
+    /// With 0 each unit of the work is a piece
+    #[arg(long, value_name = "S", default_value_t = 30.0, requires = "plan", value_parser = parse_seconds)]
+    pub piece_seconds: f64,
+}
+
+/// Options above, which are left out of the words of a job.
+const OPTIONS: [&str; 2] = ["--plan", "--piece-seconds"];
+
+/// Largest number of pieces: arrays of schedulers have so many places.
+const MOST_PIECES: usize = 1000;
+
+/// Setting up takes at most this share of a piece, if there is so much work.
+const LARGEST_SETUP: f64 = 0.2;
+
+fn parse_seconds(text: &str) -> Result<f64, String> {
+    let seconds = text.parse().ok();
+    seconds
+        .filter(|seconds| (0.0..=1e6).contains(seconds))
+        .ok_or_else(|| {
+            "a piece takes a number of seconds from 0 to 1000000, such as 30".to_string()
+        })
+}
+
+/// Version of the format.
+const FORMAT: u32 = 1;
+
+/// Largest size of a job file, bytes.
+const LARGEST_FILE: u64 = 1 << 28;
+
+/// A job file.
+#[derive(Clone, Debug, Serialize, Deserialize)]
+pub struct Job {
+    /// [`FORMAT`].
+    format: u32,
+    /// Version of the program.
+    pub version: String,
+    /// Digest of the program.
+    pub program: String,
+    /// The folder in which the command runs.
+    pub folder: PathBuf,
+    /// The words of the command.
+    pub words: Vec<String>,
+    /// The files that decide the results.
+    pub inputs: Vec<Input>,
+    /// Name of a unit of the work, such as frame.
+    pub unit: String,
+    /// Threads of the machine that made the estimates.
+    pub threads: usize,
+    /// Memory of a piece by estimate, bytes.
+    pub memory: u64,
+    /// The pieces.
+    pub pieces: Vec<Piece>,
+}
+
+/// A file and its contents.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Input {
+    /// Its path from the folder of the job.
+    pub path: PathBuf,
+    /// Digest of its bytes.
+    pub digest: String,
+}
+
+/// Units that are done together.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Piece {
+    /// Number of the first unit, from 0.
+    pub first: usize,
+    /// Number of the unit after the last one.
+    pub end: usize,
+    /// Time by estimate, seconds.
+    pub seconds: f64,
+}
+
+impl Piece {
+    /// Returns the numbers of the units.
+    pub fn units(&self) -> Range<usize> {
+        self.first..self.end
+    }
+}
+
+/// Returns a digest of `bytes`: SipHash-2-4 with 128 bits. It tells whether something has changed, and
+/// is no protection against those who want to hide it.
+pub fn digest(bytes: &[u8]) -> String {
+    let mut hasher = SipHasher24::new();
+    hasher.write(bytes);
+    format!("{:032x}", hasher.finish128().as_u128())
+}
+
+/// Returns the digest of the file at `path`.
+pub fn digest_of_file(path: &Path) -> anyhow::Result<String> {
+    let bytes = read_regular(path, u64::MAX);
+    let bytes = bytes.with_context(|| format!("cannot read {}", path.display()))?;
+    Ok(digest(&bytes))
+}
+
+/// Returns the digest of this program.
+pub fn own_digest() -> anyhow::Result<String> {
+    digest_of_file(&std::env::current_exe().context("this program has no file")?)
+}
+
+/// Writes the plan of `work` to `path`.
+pub fn write(work: &dyn Work, arguments: &PlanArguments, path: &Path) -> anyhow::Result<()> {
+    let pieces = super::piece::folder(path);
+    if pieces.exists() {
+        bail!(
+            "{} has pieces of an earlier plan; finish it with relievo job {}, or remove that folder to plan anew",
+            pieces.display(),
+            path.display()
+        );
+    }
+    let mut inputs = work.inputs()?;
+    inputs.sort();
+    inputs.dedup();
+    let inputs = inputs.into_iter().map(|path| {
+        let digest = digest_of_file(&path)?;
+        Ok(Input { path, digest })
+    });
+    let inputs = inputs.collect::<anyhow::Result<Vec<_>>>()?;
+    let estimate = work.estimate()?;
+    let job = Job {
+        format: FORMAT,
+        version: env!("CARGO_PKG_VERSION").to_string(),
+        program: own_digest()?,
+        folder: std::env::current_dir().context("there is no current folder")?,
+        words: words(std::env::args_os().skip(1))?,
+        inputs,
+        unit: work.unit().to_string(),
+        threads: std::thread::available_parallelism().map_or(1, usize::from),
+        memory: memory(),
+        pieces: cut(&estimate, arguments.piece_seconds),
+    };
+    let mut text = serde_json::to_string_pretty(&job)?;
+    text.push('\n');
+    write_bytes(path, text.as_bytes()).map_err(relievo::Error::from)?;
+    say(format_args!("{}: {}", path.display(), job.describe()))?;
+    say(format_args!(
+        "each piece: relievo job {0} --piece 1 … {1}; then: relievo job {0} --merge",
+        path.display(),
+        job.pieces.len()
+    ))
+}
+
+impl Job {
+    /// Reads the job file at `path`, and returns its digest as well.
+    pub fn read(path: &Path) -> anyhow::Result<(Job, String)> {
+        let bytes = read_regular(path, LARGEST_FILE)
+            .with_context(|| format!("cannot read the job {}", path.display()))?;
+        let job: Job = serde_json::from_slice(&bytes).with_context(|| {
+            format!(
+                "{} is no job file; make one with --plan {0}",
+                path.display()
+            )
+        })?;
+        if job.format != FORMAT {
+            bail!(
+                "{} has format {}, and this program knows {FORMAT}; plan again",
+                path.display(),
+                job.format
+            );
+        }
+        Ok((job, digest(&bytes)))
+    }
+
+    /// Fails unless the program and the files are those of the plan.
+    pub fn check(&self, path: &Path) -> anyhow::Result<()> {
+        let own = env!("CARGO_PKG_VERSION");
+        if self.version != own || self.program != own_digest()? {
+            bail!(
+                "{} was planned by another build of relievo ({}; this is {own}); run that one, or plan again",
+                path.display(),
+                self.version,
+            );
+        }
+        std::env::set_current_dir(&self.folder).with_context(|| {
+            format!(
+                "{} was planned in {}, which this machine cannot enter; plan in a folder that all machines share",
+                path.display(),
+                self.folder.display()
+            )
+        })?;
+        for input in &self.inputs {
+            if digest_of_file(&input.path)? != input.digest {
+                bail!(
+                    "{} has changed since {} was planned; plan again",
+                    input.path.display(),
+                    path.display()
+                );
+            }
+        }
+        Ok(())
+    }
+
+    /// Returns the number of units.
+    pub fn count(&self) -> usize {
+        self.pieces.last().map_or(0, |piece| piece.end)
+    }
+
+    /// Returns its size, time and memory in a line.
+    pub fn describe(&self) -> String {
+        let seconds = self.pieces.iter().map(|piece| piece.seconds);
+        let longest = seconds.clone().fold(0.0, f64::max);
+        let count = self.count();
+        format!(
+            "{} in {}, each up to {} and {} MB by estimate, with {}; {} in all",
+            counted(count, &self.unit),
+            counted(self.pieces.len(), "piece"),
+            duration(longest),
+            self.memory.div_ceil(1_000_000),
+            counted(self.threads, "thread"),
+            duration(seconds.sum()),
+        )
+    }
+}
+
+/// Returns a number of things.
+pub fn counted(number: usize, what: &str) -> String {
+    format!("{number} {what}{}", if number == 1 { "" } else { "s" })
+}
+
+/// Returns a time as people say it.
+pub fn duration(seconds: f64) -> String {
+    match seconds {
+        s if s < 120.0 => format!("{s:.1} s"),
+        s if s < 7200.0 => format!("{:.0} min", s / 60.0),
+        s => format!("{:.1} h", s / 3600.0),
+    }
+}
+
+/// Returns the words of a command line without the options of plans.
+fn words(all: impl Iterator<Item = OsString>) -> anyhow::Result<Vec<String>> {
+    let mut words = Vec::new();
+    let mut is_value = false;
+    for word in all {
+        let word = word.into_string().map_err(|word| {
+            anyhow::anyhow!("{} is not Unicode; a plan cannot hold it", word.display())
+        })?;
+        let name = word.split('=').next().unwrap_or_default();
+        if std::mem::take(&mut is_value) {
+        } else if OPTIONS.contains(&name) {
+            is_value = name == word;
+        } else {
+            words.push(word);
+        }
+    }
+    Ok(words)
+}
+
+/// Cuts the work into pieces of at least `least` seconds that are about as long as each other.
+fn cut(estimate: &Estimate, least: f64) -> Vec<Piece> {
+    let total: f64 = estimate.units.iter().sum();
+    let most = estimate.units.len().clamp(1, MOST_PIECES);
+    let count = if least > 0.0 {
+        let least = (least - estimate.setup).max(estimate.setup * (1.0 / LARGEST_SETUP - 1.0));
+        ((total / least.max(1e-9)) as usize).clamp(1, most)
+    } else {
+        most
+    };
+    let mut pieces = Vec::with_capacity(count);
+    let (mut first, mut done) = (0, 0.0);
+    for piece in 1..=count {
+        let goal = total * piece as f64 / count as f64;
+        let mut seconds = 0.0;
+        let mut end = first;
+        // Each of the pieces after this one needs a unit.
+        let last = estimate.units.len() - (count - piece);
+        while end < last {
+            let unit = estimate.units[end];
+            let is_beyond = done + seconds + 0.5 * unit > goal;
+            if end > first && is_beyond && piece < count {
+                break;
+            }
+            seconds += unit;
+            end += 1;
+        }
+        done += seconds;
+        pieces.push(Piece {
+            first,
+            end,
+            seconds: estimate.setup + seconds,
+        });
+        first = end;
+    }
+    pieces
+}
+
+/// Returns the largest memory that this process has had, with room for more, bytes.
+fn memory() -> u64 {
+    /// What is asked for where the system does not tell.
+    const UNKNOWN: u64 = 4_000_000_000;
+    const ROOM: u64 = 200_000_000;
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let peak = status.lines().find_map(|line| {
+        let kilobytes = line.strip_prefix("VmHWM:")?.trim().strip_suffix(" kB")?;
+        kilobytes.parse::<u64>().ok()
+    });
+    peak.map_or(UNKNOWN, |kilobytes| kilobytes * 1024 * 5 / 4 + ROOM)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pieces(setup: f64, units: &[f64], least: f64) -> Vec<Range<usize>> {
+        let units = units.to_vec();
+        let pieces = cut(&Estimate { setup, units }, least);
+        pieces.iter().map(Piece::units).collect()
+    }
+
+    #[test]
+    fn pieces_are_as_long_as_each_other() {
+        assert_eq!(pieces(0.0, &[1.0; 10], 5.0), [0..5, 5..10]);
+        assert_eq!(pieces(0.0, &[1.0; 10], 4.0), [0..5, 5..10]);
+        assert_eq!(pieces(0.0, &[8.0, 1.0, 1.0, 1.0, 1.0], 5.0), [0..1, 1..5]);
+        // Not more than there are units, and one if they are short.
+        assert_eq!(pieces(0.0, &[9.0; 3], 1.0), [0..1, 1..2, 2..3]);
+        assert_eq!(pieces(0.0, &[1.0; 3], 30.0).len(), 1);
+        assert_eq!(pieces(9.0, &[0.0; 3], 0.0), [0..1, 1..2, 2..3]);
+        assert_eq!(pieces(0.0, &[1.0; 5000], 0.1).len(), MOST_PIECES);
+        // 1 s of setting up needs 4 s of work.
+        assert_eq!(pieces(1.0, &[1.0; 12], 2.0), [0..4, 4..8, 8..12]);
+    }
+
+    #[test]
+    fn a_job_has_the_words_of_its_command() {
+        let words = |text: &str| {
+            words(text.split(' ').map(OsString::from))
+                .unwrap()
+                .join(" ")
+        };
+        assert_eq!(
+            words("render a --plan job.json -o b --piece-seconds=3 --frames 0..9"),
+            "render a -o b --frames 0..9"
+        );
+    }
+}
