@@ -1,6 +1,6 @@
 //! `relievo render --frames`: a picture for each frame of an animated scene.
 
-use super::job::{Estimate, Piece, Place, Work, digest_of_file};
+use super::job::{Estimate, Piece, Place, Work, digest_of_file, threads};
 use super::progress::Bar;
 use super::render::{RenderArguments, SOFTWARE, check_outputs, default_output, draw, take_aov};
 use super::say;
@@ -259,6 +259,7 @@ impl Work for Animation {
         Ok(Estimate {
             setup: (first - unit).max(0.0),
             units: vec![unit; self.count()],
+            threads: threads(),
         })
     }
 

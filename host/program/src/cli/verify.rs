@@ -1,6 +1,6 @@
 //! `relievo verify`.
 
-use super::job::{Estimate, Piece, Place, PlanArguments, Work};
+use super::job::{Estimate, Piece, Place, PlanArguments, Work, threads};
 use super::limits::LimitArguments;
 use super::parse_size;
 use super::progress::Bar;
@@ -206,7 +206,11 @@ impl Work for Verification {
             let each = (all * times).max(0.0) / self.functions.len() as f64;
             units.extend(vec![each; self.functions.len()]);
         }
-        Ok(Estimate { setup, units })
+        Ok(Estimate {
+            setup,
+            units,
+            threads: threads(),
+        })
     }
 
     fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Value> {

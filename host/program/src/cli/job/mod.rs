@@ -61,6 +61,13 @@ pub struct Estimate {
     pub setup: f64,
     /// Each unit.
     pub units: Vec<f64>,
+    /// Threads that a piece uses.
+    pub threads: usize,
+}
+
+/// Returns the number of threads of this machine.
+pub fn threads() -> usize {
+    std::thread::available_parallelism().map_or(1, usize::from)
 }
 
 /// Does all of `work`, or writes the plan that was asked for.

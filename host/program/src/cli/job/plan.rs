@@ -65,7 +65,7 @@ pub struct Job {
     pub inputs: Vec<Input>,
     /// Name of a unit of the work, such as frame.
     pub unit: String,
-    /// Threads of the machine that made the estimates.
+    /// Threads of a piece.
     pub threads: usize,
     /// Memory of a piece by estimate, bytes.
     pub memory: u64,
@@ -147,7 +147,7 @@ pub fn write(work: &dyn Work, arguments: &PlanArguments, path: &Path) -> anyhow:
         words: words(std::env::args_os().skip(1))?,
         inputs,
         unit: work.unit().to_string(),
-        threads: std::thread::available_parallelism().map_or(1, usize::from),
+        threads: estimate.threads,
         memory: memory(),
         pieces: cut(&estimate, arguments.piece_seconds),
     };
@@ -324,7 +324,14 @@ mod tests {
 
     fn pieces(setup: f64, units: &[f64], least: f64) -> Vec<Range<usize>> {
         let units = units.to_vec();
-        let pieces = cut(&Estimate { setup, units }, least);
+        let pieces = cut(
+            &Estimate {
+                setup,
+                units,
+                threads: 1,
+            },
+            least,
+        );
         pieces.iter().map(Piece::units).collect()
     }
 

@@ -35,6 +35,12 @@ pub fn submit(arguments: &SubmitArguments) -> anyhow::Result<()> {
     let (job, missing) = piece::missing(&arguments.job)?;
     let program = std::env::current_exe().context("this program has no file")?;
     let relievo = format!("{} job {}", quoted(&program)?, quoted(&path)?);
+    if !arguments.dry_run {
+        // Slurm does not make the folder of its output.
+        let folder = piece::folder(&path);
+        std::fs::create_dir_all(&folder)
+            .with_context(|| format!("cannot make {}", folder.display()))?;
+    }
     let mut dependency = Vec::new();
     if !missing.is_empty() {
         let mut command = sbatch(&job, &path, &arguments.options);
@@ -56,7 +62,7 @@ pub fn submit(arguments: &SubmitArguments) -> anyhow::Result<()> {
     let merge = run(&command, arguments.dry_run)?;
     say(format_args!(
         "merge: {merge}; the output is in {}",
-        log(&path, "%j").display()
+        log(&path, &merge).display()
     ))
 }
 

@@ -1,6 +1,6 @@
 //! `relievo bounds`.
 
-use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work};
+use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, threads};
 use crate::cli::progress::Bar;
 use crate::cli::say;
 use anyhow::bail;
@@ -52,10 +52,12 @@ impl Work for BoundsArguments {
         let start = Instant::now();
         measured(0..self.count(), trial);
         let times = f64::from(self.inputs) / f64::from(trial);
-        let each = start.elapsed().as_secs_f64() * times / self.count() as f64;
+        // A row takes one thread.
+        let all = start.elapsed().as_secs_f64() * times * threads() as f64;
         Ok(Estimate {
             setup: 0.0,
-            units: vec![each; self.count()],
+            units: vec![all / self.count() as f64; self.count()],
+            threads: 1,
         })
     }
 

@@ -1,7 +1,7 @@
 //! `relievo tradeoff`.
 
 use super::DeviceArguments;
-use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, digest_of_file};
+use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, digest_of_file, threads};
 use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
@@ -135,6 +135,7 @@ impl Work for Sweep {
         Ok(Estimate {
             setup,
             units: vec![unit; count],
+            threads: threads(),
         })
     }
 
