@@ -46,6 +46,8 @@ pub trait Work {
 }
 
 /// Which piece of a job is done.
+// Only sweeps want the numbers.
+#[cfg_attr(not(feature = "studies"), allow(dead_code))]
 pub struct Place<'a> {
     /// Its number, from 1.
     pub number: usize,

@@ -1,6 +1,6 @@
 //! The pieces of a job: doing one, and joining all.
 
-use super::plan::{Job, counted, duration};
+use super::plan::{Job, counted, duration, folder};
 use super::{Place, Work, work_of};
 use crate::cli::say;
 use anyhow::{Context, bail};
@@ -31,11 +31,6 @@ struct Opened {
     job: Job,
     digest: String,
     path: PathBuf,
-}
-
-/// Returns the folder of the pieces of the job file at `path`.
-pub fn folder(path: &Path) -> PathBuf {
-    path.with_extension("pieces")
 }
 
 /// Returns the file of a piece.

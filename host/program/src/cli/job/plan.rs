@@ -120,9 +120,14 @@ pub fn own_digest() -> anyhow::Result<String> {
     digest_of_file(&std::env::current_exe().context("this program has no file")?)
 }
 
+/// Returns the folder of the pieces of the job file at `path`.
+pub fn folder(path: &Path) -> PathBuf {
+    path.with_extension("pieces")
+}
+
 /// Writes the plan of `work` to `path`.
 pub fn write(work: &dyn Work, arguments: &PlanArguments, path: &Path) -> anyhow::Result<()> {
-    let pieces = super::piece::folder(path);
+    let pieces = folder(path);
     if pieces.exists() {
         bail!(
             "{} has pieces of an earlier plan; finish it with relievo job {}, or remove that folder to plan anew",

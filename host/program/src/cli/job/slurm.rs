@@ -1,7 +1,7 @@
 //! `relievo submit`: the missing pieces of a job as an array of Slurm, and their merge after it.
 
 use super::piece;
-use super::plan::Job;
+use super::plan::{Job, folder};
 use crate::cli::say;
 use anyhow::{Context, bail};
 use clap::Args;
@@ -37,9 +37,9 @@ pub fn submit(arguments: &SubmitArguments) -> anyhow::Result<()> {
     let relievo = format!("{} job {}", quoted(&program)?, quoted(&path)?);
     if !arguments.dry_run {
         // Slurm does not make the folder of its output.
-        let folder = piece::folder(&path);
-        std::fs::create_dir_all(&folder)
-            .with_context(|| format!("cannot make {}", folder.display()))?;
+        let logs = folder(&path);
+        std::fs::create_dir_all(&logs)
+            .with_context(|| format!("cannot make {}", logs.display()))?;
     }
     let mut dependency = Vec::new();
     if !missing.is_empty() {
@@ -68,7 +68,7 @@ pub fn submit(arguments: &SubmitArguments) -> anyhow::Result<()> {
 
 /// Returns the file of the output of a job.
 fn log(path: &Path, name: &str) -> PathBuf {
-    piece::folder(path).join(format!("slurm-{name}.txt"))
+    folder(path).join(format!("slurm-{name}.txt"))
 }
 
 /// Returns sbatch with the resources of the job.
