@@ -107,6 +107,8 @@ fn lost_and_changed_outputs_are_made_again() {
     let expected = fs::read(desk.path("out/0004.png")).unwrap();
     fs::write(desk.path("out/0004.png"), "torn").unwrap();
     fs::remove_file(desk.path("out/0007.png")).unwrap();
+    let state = desk.run("job job.json").done().stdout;
+    assert!(state.contains("missing: 3,6"), "{state}");
     let parts =
         "piece 3: out/0004.png has changed; run it again | piece 6: cannot read out/0007.png";
     desk.fails("job job.json --merge", 1, parts);
@@ -153,6 +155,8 @@ fn pieces_of_something_else_are_refused() {
         1,
         "job.pieces has pieces of an earlier plan | remove",
     );
+    let plan = format!("{FRAMES} -o out/%04d.png --plan scene.toml");
+    desk.fails(&plan, 1, "scene.toml does not end in .json");
     desk.fails("job job.json --piece 7", 1, "pieces 1 to 6");
     desk.fails("job none.json", 1, "none.json");
     desk.write("no.json", "{}");

@@ -11,6 +11,7 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use std::collections::BTreeSet;
 use std::fs::File;
 use std::io::{self, BufWriter, ErrorKind, Read, Write};
 use std::path::{Path, PathBuf};
@@ -26,6 +27,16 @@ pub struct WriteError {
     pub source: io::Error,
 }
 
+/// Files that are read, once somebody wants to know.
+static READ: Mutex<Option<BTreeSet<PathBuf>>> = Mutex::new(None);
+
+/// Returns the regular files that this process has opened for reading since the last call. The first
+/// call returns none, and begins.
+pub fn files_read() -> BTreeSet<PathBuf> {
+    let mut read = READ.lock().unwrap_or_else(PoisonError::into_inner);
+    read.replace(BTreeSet::new()).unwrap_or_default()
+}
+
 /// Opens a regular file for reading. Pipes and devices are errors: reading them
 /// may never end, and opening them may block.
 ///
@@ -34,6 +45,9 @@ pub struct WriteError {
 pub fn open_regular(path: &Path) -> io::Result<File> {
     // Checked first: opening a pipe waits for its other end.
     if std::fs::metadata(path)?.is_file() {
+        if let Some(read) = &mut *READ.lock().unwrap_or_else(PoisonError::into_inner) {
+            read.insert(path.to_path_buf());
+        }
         File::open(path)
     } else {
         Err(io::Error::other(

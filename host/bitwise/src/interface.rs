@@ -1,6 +1,6 @@
 //! What an entry point reads and writes, as its module declares it.
 
-use crate::spirv::{instructions, literal, opcode};
+use relievo_translate::spirv::{instructions, literal, opcode};
 use std::collections::BTreeMap;
 
 const OP_ENTRY_POINT: u32 = 15;

@@ -44,7 +44,6 @@ mod attempt;
 pub mod canary;
 pub mod check;
 pub mod compare;
-mod constants;
 mod device;
 mod error;
 pub mod generate;
@@ -56,7 +55,6 @@ pub mod module;
 pub mod picture;
 pub mod runner;
 mod shrink;
-mod spirv;
 #[cfg(test)]
 mod testing;
 

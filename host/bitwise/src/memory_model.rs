@@ -6,7 +6,7 @@
 //! the module is invalid. A module that uses nothing of that model has the same
 //! meaning in the GLSL450 model, which needs no feature.
 
-use crate::spirv::{HEADER, instructions, literal, opcode};
+use relievo_translate::spirv::{HEADER, instructions, literal, opcode};
 use std::borrow::Cow;
 
 const OP_EXTENSION: u32 = 10;

@@ -7,9 +7,9 @@
 //! assert!(error.to_string().contains("10 bytes are not whole words"));
 //! ```
 
-use crate::spirv::{HEADER, MAGIC, instructions, literal, opcode};
-use crate::{Device, DeviceError, constants, memory_model};
-use relievo_translate::portable;
+use crate::{Device, DeviceError, memory_model};
+use relievo_translate::spirv::{HEADER, MAGIC, instructions, literal, opcode};
+use relievo_translate::{constants, portable};
 use std::borrow::Cow;
 use std::sync::Arc;
 

@@ -2,9 +2,12 @@
 //! shading languages.
 //!
 //! [`portable`] reads SPIR-V and rewrites the loops that naga translates wrongly;
+//! [`constants`] sets specialization constants;
 //! `translate` (feature `export`) writes WGSL, GLSL, HLSL, Metal and SPIR-V.
 
+pub mod constants;
 pub mod portable;
+pub mod spirv;
 #[cfg(feature = "export")]
 mod translate;
 

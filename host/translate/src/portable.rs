@@ -18,11 +18,12 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
+use crate::constants;
 use naga::{Arena, Block, Expression, Handle, Module, Range, Span, Statement};
 use std::collections::BTreeMap;
 
 /// Reads SPIR-V without changing loops or vertex positions: y points up, as in
-/// WebGPU, Direct3D and Metal. By default naga would flip y, since it points down
+/// WebGPU, Direct3D and Metal. Specialization constants get their own values. By default naga would flip y, since it points down
 /// in Vulkan.
 ///
 /// # Errors
@@ -32,6 +33,7 @@ pub fn read(words: &[u32]) -> Result<Module, String> {
         adjust_coordinate_space: false,
         ..Default::default()
     };
+    let words = constants::set(words, &[]);
     naga::front::spv::Frontend::new(words.iter().copied(), &options)
         .parse()
         .map_err(|error| error.to_string())

@@ -1,6 +1,6 @@
 //! `relievo render --frames`: a picture for each frame of an animated scene.
 
-use super::job::{Estimate, Piece, Place, Work, digest_of_file, threads};
+use super::job::{Estimate, Piece, Place, Work, digest_of_file};
 use super::progress::Bar;
 use super::render::{RenderArguments, SOFTWARE, check_outputs, default_output, draw, take_aov};
 use super::say;
@@ -259,7 +259,15 @@ impl Work for Animation {
         Ok(Estimate {
             setup: (first - unit).max(0.0),
             units: vec![unit; self.count()],
-            threads: threads(),
+            // The merge of an animation holds all of its pictures, and the encoded file.
+            merge_memory: match self.output {
+                Output::Animation(_) => {
+                    let pixels: u64 = self.scene.size.map(u64::from).iter().product();
+                    8 * pixels * self.count() as u64
+                }
+                Output::Files(_) => 0,
+            },
+            ..Estimate::default()
         })
     }
 

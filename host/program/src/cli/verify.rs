@@ -1,6 +1,6 @@
 //! `relievo verify`.
 
-use super::job::{Estimate, Piece, Place, PlanArguments, Work, threads};
+use super::job::{Estimate, Piece, Place, PlanArguments, Work};
 use super::limits::LimitArguments;
 use super::parse_size;
 use super::progress::Bar;
@@ -9,6 +9,8 @@ use super::session::{Loaded, inputs, load};
 use anyhow::bail;
 use clap::{Args, ValueEnum};
 use relievo::Error;
+use relievo::prepare::PreparedScene;
+use relievo::render::RenderError;
 use relievo::render::gpu::{Shaders, adapters, choose};
 use relievo::scene::Scene;
 use relievo::verify::kernels::{KERNELS, record};
@@ -193,8 +195,33 @@ impl Work for Verification {
         };
         let scenes = self.arguments.scenes.len();
         let mut units = Vec::new();
-        for index in 0..scenes {
-            units.push(time(index..index + 1, 0)?);
+        if let Some(first) = self.arguments.scenes.first() {
+            // A picture of the first scene; there are as many of the others.
+            let one = Verification {
+                arguments: VerifyArguments {
+                    matrix: false,
+                    ..self.arguments.clone()
+                },
+                functions: Vec::new(),
+            };
+            let start = Instant::now();
+            one.compare(0..1, 0)?;
+            let picture = start.elapsed().as_secs_f64();
+            let mut pictures = 1;
+            if self.arguments.matrix {
+                pictures = 0;
+                let mut count = |_: &PreparedScene, _: &str| -> Result<(), RenderError> {
+                    pictures += 1;
+                    Ok(())
+                };
+                let mut loaded = self.load(first)?;
+                for_each_variant(&mut loaded.prepared, &mut count).map_err(Error::from)?;
+            }
+            for path in &self.arguments.scenes {
+                let start = Instant::now();
+                self.load(path)?;
+                units.push(start.elapsed().as_secs_f64() + f64::from(pictures) * picture);
+            }
         }
         let trial = TRIAL_INPUTS.min(self.arguments.inputs);
         let mut setup = 0.0;
@@ -209,7 +236,7 @@ impl Work for Verification {
         Ok(Estimate {
             setup,
             units,
-            threads: threads(),
+            ..Estimate::default()
         })
     }
 

@@ -129,6 +129,9 @@ struct Contents {
 }
 
 impl Store {
+    /// How the problem of [`Store::open`] begins if another run has the file.
+    pub const LOCKED: &str = "another run writes it";
+
     /// Returns the file name of `shard`.
     pub fn name(shard: Shard) -> String {
         format!("measurements-{}-of-{}.jsonl", shard.number, shard.count)
@@ -182,8 +185,10 @@ impl Store {
             Err(TryLockError::WouldBlock) => {
                 return Err(Error::Measurements {
                     path,
-                    problem: "another run writes it; wait for its end, or name another folder"
-                        .to_string(),
+                    problem: format!(
+                        "{}; wait for its end, or name another folder",
+                        Store::LOCKED
+                    ),
                 });
             }
             // Some file systems do not support locks.
@@ -375,8 +380,7 @@ pub fn read_all(folder: &Path) -> Result<(Vec<Header>, Vec<Record>), Error> {
     let Some(first) = headers.first() else {
         return Err(problem(
             folder,
-            "holds no measurements-*.jsonl to merge; run the sweep first, with --shard or without"
-                .to_string(),
+            "holds no measurements-*.jsonl; run the sweep first".to_string(),
         ));
     };
     let count = first.shard.count;
@@ -388,10 +392,7 @@ pub fn read_all(folder: &Path) -> Result<(Vec<Header>, Vec<Record>), Error> {
     if !missing.is_empty() {
         return Err(problem(
             folder,
-            format!(
-                "shards are missing: {}; run each with --shard",
-                missing.join(", ")
-            ),
+            format!("shards are missing: {}; measure them", missing.join(", ")),
         ));
     }
     Ok((headers, records))

@@ -57,14 +57,31 @@ pub struct Place<'a> {
     pub folder: &'a Path,
 }
 
-/// How long the work takes, seconds.
+/// What the work takes.
 pub struct Estimate {
-    /// What each piece takes before its first unit.
+    /// What each piece takes before its first unit, seconds.
     pub setup: f64,
-    /// Each unit.
+    /// Each unit, seconds.
     pub units: Vec<f64>,
     /// Threads that a piece uses.
     pub threads: usize,
+    /// Memory of a piece beyond what the estimate took, bytes.
+    pub memory: u64,
+    /// Memory of the merge, likewise.
+    pub merge_memory: u64,
+}
+
+impl Default for Estimate {
+    /// Nothing, on all threads.
+    fn default() -> Estimate {
+        Estimate {
+            setup: 0.0,
+            units: Vec::new(),
+            threads: threads(),
+            memory: 0,
+            merge_memory: 0,
+        }
+    }
 }
 
 /// Returns the number of threads of this machine.

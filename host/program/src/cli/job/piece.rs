@@ -164,13 +164,14 @@ pub fn merge(job: &Path) -> anyhow::Result<()> {
 /// Says which pieces are done.
 pub fn status(job: &Path) -> anyhow::Result<()> {
     let opened = Opened::open(job)?;
+    let work = opened.work()?;
     say(format_args!("relievo {}", opened.job.words.join(" ")))?;
     say(format_args!("{}", opened.job.describe()))?;
     let (mut times, mut missing) = (Vec::new(), Vec::new());
     for number in 1..=opened.job.pieces.len() {
         match opened.done(number)? {
-            Some(done) => times.push(done.seconds),
-            None => missing.push(number),
+            Some(done) if work.check(&done.result).is_ok() => times.push(done.seconds),
+            _ => missing.push(number),
         }
     }
     let spent = duration(times.iter().sum());
@@ -184,12 +185,14 @@ pub fn status(job: &Path) -> anyhow::Result<()> {
     ))
 }
 
-/// Returns the numbers of the pieces that are not done, and the job.
+/// Returns the numbers of the pieces that are not done, or whose outputs are gone, and the job.
 pub fn missing(job: &Path) -> anyhow::Result<(Job, Vec<usize>)> {
     let opened = Opened::open(job)?;
+    let work = opened.work()?;
     let mut missing = Vec::new();
     for number in 1..=opened.job.pieces.len() {
-        if opened.done(number)?.is_none() {
+        let done = opened.done(number)?;
+        if done.is_none_or(|done| work.check(&done.result).is_err()) {
             missing.push(number);
         }
     }

@@ -4,9 +4,10 @@ use super::{Estimate, Work};
 use crate::cli::say;
 use anyhow::{Context, bail};
 use clap::Args;
-use relievo::file::{read_regular, write_bytes};
+use relievo::file::{files_read, read_regular, write_bytes};
 use serde::{Deserialize, Serialize};
 use siphasher::sip128::{Hasher128, SipHasher24};
+use std::collections::BTreeSet;
 use std::ffi::OsString;
 use std::hash::Hasher;
 use std::ops::Range;
@@ -69,6 +70,8 @@ pub struct Job {
     pub threads: usize,
     /// Memory of a piece by estimate, bytes.
     pub memory: u64,
+    /// Memory of the merge by estimate, bytes.
+    pub merge_memory: u64,
     /// The pieces.
     pub pieces: Vec<Piece>,
 }
@@ -76,7 +79,7 @@ pub struct Job {
 /// A file and its contents.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Input {
-    /// Its path from the folder of the job.
+    /// Its absolute path.
     pub path: PathBuf,
     /// Digest of its bytes.
     pub digest: String,
@@ -127,6 +130,12 @@ pub fn folder(path: &Path) -> PathBuf {
 
 /// Writes the plan of `work` to `path`.
 pub fn write(work: &dyn Work, arguments: &PlanArguments, path: &Path) -> anyhow::Result<()> {
+    if path.extension().is_none_or(|ending| ending != "json") {
+        bail!(
+            "--plan {} does not end in .json; choose another name",
+            path.display()
+        );
+    }
     let pieces = folder(path);
     if pieces.exists() {
         bail!(
@@ -135,15 +144,27 @@ pub fn write(work: &dyn Work, arguments: &PlanArguments, path: &Path) -> anyhow:
             path.display()
         );
     }
-    let mut inputs = work.inputs()?;
-    inputs.sort();
-    inputs.dedup();
+    files_read();
+    let estimate = work.estimate()?;
+    // With the files that those name in turn: buffers of glTF, libraries of materials.
+    let mut inputs = files_read();
+    inputs.extend(work.inputs()?);
+    let real = inputs.iter().map(|path| {
+        path.canonicalize()
+            .with_context(|| format!("cannot read {}", path.display()))
+    });
+    let inputs = real.collect::<anyhow::Result<BTreeSet<_>>>()?;
+    if path.canonicalize().is_ok_and(|plan| inputs.contains(&plan)) {
+        bail!(
+            "{} is a file that the command reads; choose another name for the plan",
+            path.display()
+        );
+    }
     let inputs = inputs.into_iter().map(|path| {
         let digest = digest_of_file(&path)?;
         Ok(Input { path, digest })
     });
     let inputs = inputs.collect::<anyhow::Result<Vec<_>>>()?;
-    let estimate = work.estimate()?;
     let job = Job {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_string(),
@@ -153,7 +174,8 @@ pub fn write(work: &dyn Work, arguments: &PlanArguments, path: &Path) -> anyhow:
         inputs,
         unit: work.unit().to_string(),
         threads: estimate.threads,
-        memory: memory(),
+        memory: memory() + estimate.memory,
+        merge_memory: memory() + estimate.merge_memory,
         pieces: cut(&estimate, arguments.piece_seconds),
     };
     let mut text = serde_json::to_string_pretty(&job)?;
@@ -333,7 +355,7 @@ mod tests {
             &Estimate {
                 setup,
                 units,
-                threads: 1,
+                ..Estimate::default()
             },
             least,
         );

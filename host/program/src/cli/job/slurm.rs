@@ -43,7 +43,7 @@ pub fn submit(arguments: &SubmitArguments) -> anyhow::Result<()> {
     }
     let mut dependency = Vec::new();
     if !missing.is_empty() {
-        let mut command = sbatch(&job, &path, &arguments.options);
+        let mut command = sbatch(&job, &path, job.memory, &arguments.options);
         command
             .arg(format!("--array={}", piece::ranges(&missing)))
             .arg("--requeue")
@@ -55,7 +55,7 @@ pub fn submit(arguments: &SubmitArguments) -> anyhow::Result<()> {
         // After failures, too: the merge says which pieces are missing.
         dependency.push(format!("--dependency=afterany:{array}"));
     }
-    let mut command = sbatch(&job, &path, &arguments.options);
+    let mut command = sbatch(&job, &path, job.merge_memory, &arguments.options);
     command
         .args(dependency)
         .arg(format!("--wrap=exec {relievo} --merge"));
@@ -71,19 +71,22 @@ fn log(path: &Path, name: &str) -> PathBuf {
     folder(path).join(format!("slurm-{name}.txt"))
 }
 
-/// Returns sbatch with the resources of the job.
-fn sbatch(job: &Job, path: &Path, options: &[String]) -> Command {
+/// Returns sbatch with the resources of the job and this memory, bytes.
+fn sbatch(job: &Job, path: &Path, memory: u64, options: &[String]) -> Command {
     let longest = job.pieces.iter().map(|piece| piece.seconds);
     let longest = longest.fold(0.0, f64::max);
     let minutes = (TIMES * longest / 60.0 + MORE_MINUTES).ceil();
+    // In names of files a % is Slurm's.
+    let logs = folder(path).display().to_string().replace('%', "%%");
+    let output = format!("{logs}/slurm-%j.txt");
     let mut command = Command::new("sbatch");
     command
         .arg("--parsable")
         .arg("--job-name=relievo")
         .arg(format!("--cpus-per-task={}", job.threads))
-        .arg(format!("--mem={}M", job.memory.div_ceil(1 << 20)))
+        .arg(format!("--mem={}M", memory.div_ceil(1 << 20)))
         .arg(format!("--time={minutes}"))
-        .arg(format!("--output={}", log(path, "%j").display()))
+        .arg(format!("--output={output}"))
         .arg("--open-mode=append")
         .args(options);
     command

@@ -58,6 +58,9 @@ impl Work for BoundsArguments {
             setup: 0.0,
             units: vec![all / self.count() as f64; self.count()],
             threads: 1,
+            // Errors of a row are sorted.
+            memory: 24 * u64::from(self.inputs),
+            ..Estimate::default()
         })
     }
 

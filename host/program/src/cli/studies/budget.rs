@@ -1,7 +1,7 @@
 //! `relievo bench budget`.
 
 use super::{Measured, measured_adapter};
-use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, threads};
+use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work};
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
 use crate::cli::say;
@@ -143,7 +143,7 @@ impl Work for BenchBudgetArguments {
         Ok(Estimate {
             setup: 0.0,
             units: vec![each; self.count()],
-            threads: threads(),
+            ..Estimate::default()
         })
     }
 

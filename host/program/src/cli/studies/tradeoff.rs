@@ -1,7 +1,7 @@
 //! `relievo tradeoff`.
 
 use super::DeviceArguments;
-use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, digest_of_file, threads};
+use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, digest_of_file};
 use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
@@ -135,7 +135,7 @@ impl Work for Sweep {
         Ok(Estimate {
             setup,
             units: vec![unit; count],
-            threads: threads(),
+            ..Estimate::default()
         })
     }
 
@@ -208,7 +208,16 @@ fn measure(
             adapter: adapter.as_ref().map(|adapter| adapter.describe()),
         },
     };
-    let mut store = Store::open(folder, &header, arguments.restart)?;
+    let mut store = match Store::open(folder, &header, arguments.restart) {
+        // A piece that was begun on another machine, or whose file is damaged, is begun again.
+        Err(Error::Measurements { problem, .. })
+            if shard.count > 1 && !problem.starts_with(Store::LOCKED) =>
+        {
+            tracing::warn!("measured anew: what is there {problem}");
+            Store::open(folder, &header, true)?
+        }
+        opened => opened?,
+    };
     let kept = store.records.len();
     let bar = Bar::new();
     let done = sweep(

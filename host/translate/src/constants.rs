@@ -12,7 +12,7 @@ const SPEC_ID: u32 = 1;
 /// constants of 32 bits: of the value in `values`, pairs of an id (`SpecId`) and a value, or else of
 /// the module's own. So drivers and naga get a module of the same kind, whether
 /// they know specialization constants or not.
-pub(crate) fn set<'w>(words: &'w [u32], values: &[(u32, u32)]) -> Cow<'w, [u32]> {
+pub fn set<'w>(words: &'w [u32], values: &[(u32, u32)]) -> Cow<'w, [u32]> {
     let decorated = |instruction: &[u32]| match *instruction {
         [first, target, SPEC_ID, id] if opcode(&[first]) == OP_DECORATE => Some((target, id)),
         _ => None,

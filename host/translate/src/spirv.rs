@@ -2,14 +2,14 @@
 
 /// First word of every module (SPIR-V specification, "Physical Layout of a
 /// SPIR-V Module").
-pub(crate) const MAGIC: u32 = 0x0723_0203;
+pub const MAGIC: u32 = 0x0723_0203;
 /// Number of words before the first instruction.
-pub(crate) const HEADER: usize = 5;
+pub const HEADER: usize = 5;
 
 /// Returns the instructions of a module, each with its opcode and length in the
 /// first word. Words after a length of 0 or beyond the end come as one
 /// instruction.
-pub(crate) fn instructions(words: &[u32]) -> impl Iterator<Item = &[u32]> {
+pub fn instructions(words: &[u32]) -> impl Iterator<Item = &[u32]> {
     let mut rest = words.get(HEADER..).unwrap_or_default();
     std::iter::from_fn(move || {
         let length = (rest.first()? >> 16) as usize;
@@ -21,13 +21,13 @@ pub(crate) fn instructions(words: &[u32]) -> impl Iterator<Item = &[u32]> {
 }
 
 /// Returns the opcode of an instruction.
-pub(crate) fn opcode(instruction: &[u32]) -> u32 {
+pub fn opcode(instruction: &[u32]) -> u32 {
     instruction[0] & 0xffff
 }
 
 /// Reads the literal string at the start of `words`: UTF-8 in little-endian
 /// words, terminated by a 0 byte.
-pub(crate) fn literal(words: &[u32]) -> String {
+pub fn literal(words: &[u32]) -> String {
     let bytes: Vec<u8> = words
         .iter()
         .flat_map(|word| word.to_le_bytes())
