@@ -320,15 +320,18 @@ fn write_color(module: &mut Module) -> Option<()> {
 /// Flips the pixel's row: OpenGL counts rows from the bottom, the shader from the top.
 fn count_rows_upwards(module: &mut Module) -> Option<()> {
     let vec4 = vec4_f32(module);
-    let (frame, _) = module.global_variables.iter().find(|(_, variable)| {
+    let (frames, _) = module.global_variables.iter().find(|(_, variable)| {
         let binding = variable.binding.as_ref();
         binding.is_some_and(|binding| (binding.group, binding.binding) == (0, 0))
     })?;
-    let TypeInner::Struct { members, .. } = &module.types[module.global_variables[frame].ty].inner
+    let TypeInner::Struct { members, .. } = &module.types[module.global_variables[frames].ty].inner
     else {
         return None;
     };
-    let TypeInner::Struct { members, .. } = &module.types[members.first()?.ty].inner else {
+    let TypeInner::Array { base, .. } = module.types[members.first()?.ty].inner else {
+        return None;
+    };
+    let TypeInner::Struct { members, .. } = &module.types[base].inner else {
         return None;
     };
     let size = (0..)
@@ -353,8 +356,9 @@ fn count_rows_upwards(module: &mut Module) -> Option<()> {
         expressions: &mut function.expressions,
         body: Vec::new(),
     };
-    let frame = appender.place(Expression::GlobalVariable(frame));
-    let frame = appender.component(frame, 0);
+    let frames = appender.place(Expression::GlobalVariable(frames));
+    let frames = appender.component(frames, 0);
+    let frame = appender.component(frames, 0);
     let size = appender.component(frame, size);
     let height = appender.component(size, 1);
     let height = appender.compute(Expression::Load { pointer: height });

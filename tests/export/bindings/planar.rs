@@ -47,6 +47,8 @@ pub struct Frame {
     pub unit: f32,
     /// Axes of object space; not read by these shaders.
     pub axes: [[f32; 3]; 3],
+    /// Added to the object's number.
+    pub number: u32,
 }
 
 /// What follows from an object's parameters: change it with them.
@@ -129,6 +131,8 @@ pub struct Object {
     pub quotients: Quotients,
     /// Number of the object's materials. Exported shaders do not read it.
     pub finish: u32,
+    /// Number of the object's facets.
+    pub facets: u32,
 }
 
 /// One corner of a triangle of the planar tier.
