@@ -1,8 +1,8 @@
 //! Predicts the device memory of a scene, without a device.
 
 use super::content::Drawing;
-use super::outlines::{Sizes, bound_frame_bytes, padded};
-use super::shared::{STRIDE, sharing};
+use super::outlines::{Sizes, frame_buffer_bytes, padded};
+use super::shared::sharing;
 use super::{EntryPoints, Extent, Facets};
 use crate::prepare::{PreparedObject, PreparedScene};
 use relievo_shared::layout::Object;
@@ -46,11 +46,10 @@ impl Memory {
     /// Predicts the memory of `scene` with shaders of this `extent`, rendering
     /// `pictures` of the scene's size.
     pub fn of(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> Memory {
-        let placed = scene.objects.iter();
-        let placed = placed.filter(|object| object.placement.is_some());
+        let shared = sharing(&scene.objects);
         let facets = |object: &PreparedObject| object.triangles.len() as u64;
         let mut memory = Memory {
-            parameters: (STRIDE * (1 + placed.count())) as u64,
+            parameters: frame_buffer_bytes(&scene.objects, &shared),
             outlines: Sizes::of(scene.objects.iter().map(facets)).total(),
             lighting: scene
                 .lighting
@@ -60,8 +59,7 @@ impl Memory {
             ..Memory::default()
         };
         let mut maps = BTreeSet::new();
-        let mut beyond = 0;
-        for shared in sharing(&scene.objects) {
+        for shared in shared {
             let object = &scene.objects[shared[0]];
             let has_everything = extent == Extent::Everything;
             let entry_points = EntryPoints::of(&object.parameters, extent);
@@ -86,10 +84,7 @@ impl Memory {
                 };
             }
             memory.parameters += size_of::<Object>() as u64;
-            let count = object.triangles.len() as u64;
-            beyond = beyond.max(bound_frame_bytes(shared.len() as u64, count));
         }
-        memory.parameters += beyond;
         memory
     }
 

@@ -4,6 +4,7 @@
 
 use super::pipelines::Pipelines;
 use super::shared::STRIDE;
+use crate::prepare::PreparedObject;
 use relievo_shared::layout::Frame;
 use std::mem::size_of;
 use std::num::NonZero;
@@ -161,6 +162,17 @@ pub(super) fn bound_frame_bytes(copies: u64, facets: u64) -> u64 {
         0
     };
     (copies.min(MOST_COPIES) + beyond) * FRAME
+}
+
+/// Returns the bytes of the buffer of frames for `objects`, which share facets as `shared` says.
+pub(super) fn frame_buffer_bytes(objects: &[PreparedObject], shared: &[Vec<usize>]) -> u64 {
+    let placed = objects.iter().filter(|object| object.placement.is_some());
+    let bound = shared.iter().map(|shared| {
+        let facets = objects[shared[0]].triangles.len() as u64;
+        bound_frame_bytes(shared.len() as u64, facets)
+    });
+    // The frames of a run are bound with as many as the longest one has.
+    (STRIDE * (1 + placed.count())) as u64 + bound.max().unwrap_or(0)
 }
 
 /// Sizes of the buffer of outlines, bytes.

@@ -2,7 +2,9 @@
 
 use super::content::{Content, Drawing};
 use super::lit::GpuLighting;
-use super::outlines::{Outlines, Run, Runs, bound_frame_bytes, padded, workgroups};
+use super::outlines::{
+    Outlines, Run, Runs, bound_frame_bytes, frame_buffer_bytes, padded, workgroups,
+};
 use super::pipelines::Pipelines;
 use super::shaders::{EntryPoints, Extent, Facets};
 use super::shared::{STRIDE, sharing};
@@ -110,17 +112,8 @@ impl GpuScene {
             buffer
         };
         let storage = |label: &str, bytes: &[u8]| with_room(label, bytes.len() as u64, bytes);
-        let placed = scene.objects.iter();
-        let placed = placed.filter(|object| object.placement.is_some()).count();
         let shared = sharing(&scene.objects);
-        let frame_sizes = shared.iter().map(|shared| {
-            let facets = scene.objects[shared[0]].triangles.len() as u64;
-            bound_frame_bytes(shared.len() as u64, facets)
-        });
-        // Frames of a run are bound with as many as the longest one has.
-        let beyond = frame_sizes.max().unwrap_or(0);
-        let frames = (STRIDE * (1 + placed)) as u64 + beyond;
-        let frames = with_room("frames", frames, &[]);
+        let frames = with_room("frames", frame_buffer_bytes(&scene.objects, &shared), &[]);
         // Objects with the same map share its buffer.
         let mut maps: Vec<(*const u32, wgpu::Buffer)> = Vec::new();
         let mut facets = Vec::new();
