@@ -36,6 +36,16 @@ fn piece(desk: &Desk, number: usize) -> Outcome {
     desk.run(&format!("job job.json --piece {number}"))
 }
 
+/// Does all pieces, the last one first. Returns their number.
+fn all_pieces(desk: &Desk) -> usize {
+    let job = fs::read_to_string(desk.path("job.json")).unwrap();
+    let count = job.matches("\"first\"").count();
+    for number in (1..=count).rev() {
+        piece(desk, number).done();
+    }
+    count
+}
+
 /// Asserts that two folders have the same files.
 #[track_caller]
 fn assert_same(a: &Path, b: &Path) {
@@ -80,9 +90,7 @@ fn frames_in_pieces_are_those_of_one_run() {
 #[test]
 fn an_animation_in_pieces_is_that_of_one_run() {
     let desk = planned("-o out/movie.apng");
-    for number in 1..=6 {
-        piece(&desk, number).done();
-    }
+    assert_eq!(all_pieces(&desk), 6);
     // Two merges at once write the same.
     let merge = || {
         let mut command = std::process::Command::new(crate::program());
@@ -101,9 +109,7 @@ fn an_animation_in_pieces_is_that_of_one_run() {
 #[test]
 fn lost_and_changed_outputs_are_made_again() {
     let desk = planned("-o out/%04d.png");
-    for number in 1..=6 {
-        piece(&desk, number).done();
-    }
+    assert_eq!(all_pieces(&desk), 6);
     let expected = fs::read(desk.path("out/0004.png")).unwrap();
     fs::write(desk.path("out/0004.png"), "torn").unwrap();
     fs::remove_file(desk.path("out/0007.png")).unwrap();
@@ -122,9 +128,7 @@ fn lost_and_changed_outputs_are_made_again() {
 #[test]
 fn pieces_of_something_else_are_refused() {
     let desk = planned("-o out/%04d.png");
-    for number in 1..=6 {
-        piece(&desk, number).done();
-    }
+    assert_eq!(all_pieces(&desk), 6);
     let file = |number: usize| desk.path(&format!("job.pieces/{number:04}.json"));
     let kept = fs::read(file(2)).unwrap();
     // The same piece twice.
@@ -258,11 +262,7 @@ fn printed_results_are_those_of_one_run() {
         };
         let whole = run(command.clone()).stdout;
         run(format!("{command} --plan job.json --piece-seconds 0.2"));
-        let job = fs::read_to_string(desk.path("job.json")).unwrap();
-        let count = job.matches("\"first\"").count();
-        for number in (1..=count).rev() {
-            piece(&desk, number).done();
-        }
+        all_pieces(&desk);
         assert_eq!(
             desk.run("job job.json --merge").done().stdout,
             whole,
@@ -286,11 +286,7 @@ fn a_sweep_in_pieces_is_that_of_one_run() {
         sweep("parts")
     ))
     .done();
-    let job = fs::read_to_string(desk.path("job.json")).unwrap();
-    let count = job.matches("\"first\"").count();
-    for number in 1..=count {
-        piece(&desk, number).done();
-    }
+    let count = all_pieces(&desk);
     // A damaged line is measured again.
     let file = desk.path(&format!("job.pieces/measurements-1-of-{count}.jsonl"));
     let bytes = fs::read(&file).unwrap();

@@ -116,9 +116,9 @@ pub fn run(arguments: Arguments) -> ExitCode {
         .with_target(false)
         .init();
     interrupt::watch();
-    let result = match work_of(&arguments.command) {
-        Ok(Some((work, plan))) => job::run(work.as_ref(), &plan),
-        Ok(None) => run_whole(arguments.command),
+    let result = match arguments.command.task() {
+        Ok(Task::Pieces(work, plan)) => job::run(work.as_ref(), &plan),
+        Ok(Task::Whole(run)) => run(),
         Err(error) => Err(error),
     };
     match result {
@@ -134,58 +134,63 @@ pub fn run(arguments: Arguments) -> ExitCode {
     }
 }
 
-/// Work in pieces, and how to plan it.
-type Planned = (Box<dyn Work>, PlanArguments);
-
-/// Returns the work of a command; `None` if it has no pieces.
-fn work_of(command: &Command) -> anyhow::Result<Option<Planned>> {
-    Ok(match command {
-        Command::Render(arguments) => match &arguments.frames {
-            Some(frames) => {
-                let work = sequence::Animation::new(arguments.clone(), frames.clone())?;
-                Some((Box::new(work), arguments.plan.clone()))
-            }
-            None => None,
-        },
-        Command::Verify(arguments) => {
-            let work = verify::Verification::new(arguments.clone())?;
-            Some((Box::new(work), arguments.plan.clone()))
-        }
-        #[cfg(feature = "studies")]
-        Command::Study(study) => studies::work_of(study)?,
-        _ => None,
-    })
+/// What a command does.
+enum Task {
+    /// Work that can be cut into pieces, and how to plan it.
+    Pieces(Box<dyn Work>, PlanArguments),
+    /// Anything else.
+    Whole(Box<dyn FnOnce() -> anyhow::Result<()>>),
 }
 
-/// Runs a command that has no pieces.
-fn run_whole(command: Command) -> anyhow::Result<()> {
-    match command {
-        #[cfg(feature = "viewer")]
-        Command::View(arguments) => view::run(&arguments),
-        #[cfg(not(feature = "viewer"))]
-        Command::View(absent) => absent.refuse("view", "viewer"),
-        Command::Render(arguments) => render::run(&arguments),
-        Command::Bake(arguments) => bake::run(&arguments),
-        Command::Info(arguments) => info::run(&arguments),
-        Command::Explain(arguments) => explain::run(&arguments),
-        // It has pieces.
-        Command::Verify(_) => Ok(()),
-        Command::Accuracy(arguments) => accuracy::run(&arguments),
-        #[cfg(feature = "studies")]
-        Command::Study(study) => studies::run(study),
-        #[cfg(not(feature = "studies"))]
-        Command::Bounds(absent) => absent.refuse("bounds", "studies"),
-        #[cfg(not(feature = "studies"))]
-        Command::Bench(absent) => absent.refuse("bench", "studies"),
-        #[cfg(not(feature = "studies"))]
-        Command::Tradeoff(absent) => absent.refuse("tradeoff", "studies"),
-        #[cfg(not(feature = "studies"))]
-        Command::Report(absent) => absent.refuse("report", "studies"),
-        #[cfg(not(feature = "studies"))]
-        Command::Gallery(absent) => absent.refuse("gallery", "studies"),
-        Command::Export(arguments) => export::run(&arguments),
-        Command::Job(arguments) => job::job(&arguments),
-        Command::Submit(arguments) => job::submit(&arguments),
+impl Task {
+    fn pieces(work: impl Work + 'static, plan: PlanArguments) -> Task {
+        Task::Pieces(Box::new(work), plan)
+    }
+
+    fn whole(run: impl FnOnce() -> anyhow::Result<()> + 'static) -> Task {
+        Task::Whole(Box::new(run))
+    }
+}
+
+impl Command {
+    /// Returns what the command does, after checking its arguments.
+    fn task(self) -> anyhow::Result<Task> {
+        Ok(match self {
+            #[cfg(feature = "viewer")]
+            Command::View(arguments) => Task::whole(move || view::run(&arguments)),
+            #[cfg(not(feature = "viewer"))]
+            Command::View(absent) => Task::whole(move || absent.refuse("view", "viewer")),
+            Command::Render(arguments) => match arguments.frames.clone() {
+                Some(frames) => {
+                    let plan = arguments.plan.clone();
+                    Task::pieces(sequence::Animation::new(arguments, frames)?, plan)
+                }
+                None => Task::whole(move || render::run(&arguments)),
+            },
+            Command::Bake(arguments) => Task::whole(move || bake::run(&arguments)),
+            Command::Info(arguments) => Task::whole(move || info::run(&arguments)),
+            Command::Explain(arguments) => Task::whole(move || explain::run(&arguments)),
+            Command::Verify(arguments) => {
+                let plan = arguments.plan.clone();
+                Task::pieces(verify::Verification::new(arguments)?, plan)
+            }
+            Command::Accuracy(arguments) => Task::whole(move || accuracy::run(&arguments)),
+            #[cfg(feature = "studies")]
+            Command::Study(study) => study.task()?,
+            #[cfg(not(feature = "studies"))]
+            Command::Bounds(absent) => Task::whole(move || absent.refuse("bounds", "studies")),
+            #[cfg(not(feature = "studies"))]
+            Command::Bench(absent) => Task::whole(move || absent.refuse("bench", "studies")),
+            #[cfg(not(feature = "studies"))]
+            Command::Tradeoff(absent) => Task::whole(move || absent.refuse("tradeoff", "studies")),
+            #[cfg(not(feature = "studies"))]
+            Command::Report(absent) => Task::whole(move || absent.refuse("report", "studies")),
+            #[cfg(not(feature = "studies"))]
+            Command::Gallery(absent) => Task::whole(move || absent.refuse("gallery", "studies")),
+            Command::Export(arguments) => Task::whole(move || export::run(&arguments)),
+            Command::Job(arguments) => Task::whole(move || job::job(&arguments)),
+            Command::Submit(arguments) => Task::whole(move || job::submit(&arguments)),
+        })
     }
 }
 

@@ -17,7 +17,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-#[derive(Args, Clone)]
+#[derive(Args)]
 pub struct RenderArguments {
     /// Scene file (TOML)
     pub(super) scene: PathBuf,

@@ -1,6 +1,6 @@
 //! `relievo render --frames`: a picture for each frame of an animated scene.
 
-use super::job::{Estimate, Piece, Place, Work, digest_of_file};
+use super::job::{Estimate, Part, Piece, Place, Work};
 use super::progress::Bar;
 use super::render::{RenderArguments, SOFTWARE, check_outputs, default_output, draw, take_aov};
 use super::say;
@@ -16,8 +16,6 @@ use relievo::picture::Picture;
 use relievo::prepare::{Assets, PreparedScene, View};
 use relievo::render::Renderer;
 use relievo::scene::Scene;
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use std::collections::HashSet;
 use std::io::BufReader;
 use std::ops::Range;
@@ -169,13 +167,6 @@ pub struct Animation {
     aov: Option<Names>,
 }
 
-/// A file that was written.
-#[derive(Serialize, Deserialize)]
-struct File {
-    path: PathBuf,
-    digest: String,
-}
-
 impl Animation {
     /// Reads and checks the scene.
     pub fn new(arguments: RenderArguments, frames: Range<u64>) -> anyhow::Result<Animation> {
@@ -271,7 +262,7 @@ impl Work for Animation {
         })
     }
 
-    fn work(&self, piece: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Value> {
+    fn work(&self, piece: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Part> {
         let units = piece.units();
         let frames = self.frames.start + units.start as u64..self.frames.start + units.end as u64;
         let target = match (&self.output, place) {
@@ -288,43 +279,21 @@ impl Work for Animation {
             self.save(path, pictures)?;
         }
         result?;
-        if place.is_none() {
-            return Ok(Value::Null);
-        }
-        let files = sequence.written.into_iter().map(|path| {
-            let digest = digest_of_file(&path)?;
-            Ok(File { path, digest })
-        });
-        Ok(serde_json::to_value(
-            files.collect::<anyhow::Result<Vec<_>>>()?,
-        )?)
+        Ok(Part {
+            files: sequence.written,
+            ..Part::default()
+        })
     }
 
-    fn check(&self, result: &Value) -> Result<(), String> {
-        let files = Vec::<File>::deserialize(result).map_err(|error| error.to_string())?;
-        for file in files {
-            match digest_of_file(&file.path) {
-                Ok(digest) if digest == file.digest => {}
-                Ok(_) => return Err(format!("{} has changed", file.path.display())),
-                Err(error) => return Err(format!("{error:#}")),
-            }
-        }
-        Ok(())
-    }
-
-    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
+    fn merge(&self, parts: Vec<Part>) -> anyhow::Result<()> {
         let Output::Animation(path) = &self.output else {
             return Ok(());
         };
-        let mut pictures = Vec::new();
-        for result in results.iter().filter(|result| !result.is_null()) {
-            for file in Vec::<File>::deserialize(result)? {
-                let is_picture = file.path.extension().is_some_and(|ending| ending == "png");
-                if is_picture {
-                    pictures.push(read(&file.path)?);
-                }
-            }
-        }
+        let files = parts.into_iter().flat_map(|part| part.files);
+        let is_picture = |path: &PathBuf| path.extension().is_some_and(|ending| ending == "png");
+        let pictures = files.filter(is_picture).map(|path| read(&path));
+        let pictures = pictures.collect::<anyhow::Result<Vec<_>>>()?;
+        // Without a job it was written from memory.
         if pictures.is_empty() {
             return Ok(());
         }

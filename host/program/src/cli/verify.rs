@@ -1,6 +1,6 @@
 //! `relievo verify`.
 
-use super::job::{Estimate, Piece, Place, PlanArguments, Work};
+use super::job::{Estimate, Part, Piece, Place, PlanArguments, Work};
 use super::limits::LimitArguments;
 use super::parse_size;
 use super::progress::Bar;
@@ -17,7 +17,6 @@ use relievo::verify::kernels::{KERNELS, record};
 use relievo::verify::matrix::for_each_variant;
 use relievo::verify::{Report, Tested};
 use relievo_bitwise::{Plan, Recorded};
-use serde_json::Value;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -153,7 +152,7 @@ impl Verification {
             seed: SEED,
             recorded: &recorded,
         };
-        let own = |index: usize| (index.max(scenes.len())) - scenes.len();
+        let own = |index: usize| index.saturating_sub(scenes.len());
         let functions = &self.functions[own(range.start)..own(range.end)];
         for tested in tested.iter_mut().filter(|_| !functions.is_empty()) {
             tested
@@ -166,7 +165,7 @@ impl Verification {
     }
 }
 
-/// Numbers of inputs that the time of a function is estimated from.
+/// Number of inputs that the time of a function is estimated from.
 const TRIAL_INPUTS: u64 = 4096;
 
 impl Work for Verification {
@@ -188,11 +187,11 @@ impl Work for Verification {
     }
 
     fn estimate(&self) -> anyhow::Result<Estimate> {
-        let time = |range: Range<usize>, inputs| -> anyhow::Result<f64> {
+        fn seconds<T>(work: impl FnOnce() -> anyhow::Result<T>) -> anyhow::Result<f64> {
             let start = Instant::now();
-            self.compare(range, inputs)?;
+            work()?;
             Ok(start.elapsed().as_secs_f64())
-        };
+        }
         let scenes = self.arguments.scenes.len();
         let mut units = Vec::new();
         if let Some(first) = self.arguments.scenes.first() {
@@ -204,9 +203,7 @@ impl Work for Verification {
                 },
                 functions: Vec::new(),
             };
-            let start = Instant::now();
-            one.compare(0..1, 0)?;
-            let picture = start.elapsed().as_secs_f64();
+            let picture = seconds(|| one.compare(0..1, 0))?;
             let mut pictures = 1;
             if self.arguments.matrix {
                 pictures = 0;
@@ -218,17 +215,16 @@ impl Work for Verification {
                 for_each_variant(&mut loaded.prepared, &mut count).map_err(Error::from)?;
             }
             for path in &self.arguments.scenes {
-                let start = Instant::now();
-                self.load(path)?;
-                units.push(start.elapsed().as_secs_f64() + f64::from(pictures) * picture);
+                let load = seconds(|| Ok(self.load(path)?))?;
+                units.push(load + f64::from(pictures) * picture);
             }
         }
         let trial = TRIAL_INPUTS.min(self.arguments.inputs);
         let mut setup = 0.0;
         if !self.functions.is_empty() {
             // A function with hardly any input is nothing but setting up.
-            setup = time(scenes..scenes + 1, 1)?;
-            let all = time(scenes..self.count(), trial)? - setup;
+            setup = seconds(|| self.compare(scenes..scenes + 1, 1))?;
+            let all = seconds(|| self.compare(scenes..self.count(), trial))? - setup;
             let times = self.arguments.inputs as f64 / trial.max(1) as f64;
             let each = (all * times).max(0.0) / self.functions.len() as f64;
             units.extend(vec![each; self.functions.len()]);
@@ -240,16 +236,19 @@ impl Work for Verification {
         })
     }
 
-    fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Value> {
+    fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Part> {
         let report = self.compare(piece.units(), self.arguments.inputs)?;
-        Ok(serde_json::to_value(report)?)
+        Ok(Part {
+            result: serde_json::to_value(report)?,
+            ..Part::default()
+        })
     }
 
-    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
+    fn merge(&self, parts: Vec<Part>) -> anyhow::Result<()> {
         let mut report = Report::default();
-        for (result, number) in results.into_iter().zip(1..) {
-            let part: Report = serde_json::from_value(result)?;
-            report.join(part).map_err(|problem| {
+        for (part, number) in parts.into_iter().zip(1..) {
+            let of_part: Report = serde_json::from_value(part.result)?;
+            report.join(of_part).map_err(|problem| {
                 anyhow::anyhow!("piece {number} {problem}; plan with --adapter, and send all pieces to such machines")
             })?;
         }

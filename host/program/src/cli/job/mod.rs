@@ -1,21 +1,23 @@
 //! Work in pieces, on one machine or many: `--plan`, `relievo job` and `relievo submit`.
 //!
 //! ```text
+//! file    files that must not change
 //! plan    job files: the command, its files, and its pieces
 //! piece   doing a piece, and joining all
 //! slurm   submitting the pieces to Slurm
 //! ```
 
+mod file;
 mod piece;
 mod plan;
 mod slurm;
 
-use super::Arguments;
+use super::{Arguments, Task};
 use clap::{Args, Parser};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
-pub use plan::{Piece, PlanArguments, digest_of_file};
+pub use plan::{Piece, PlanArguments};
 pub use slurm::SubmitArguments;
 
 /// A command whose work consists of units that can be done in any order, and on any machine.
@@ -32,20 +34,24 @@ pub trait Work {
     /// Does a little of the work, without outputs, and returns how long all of it takes.
     fn estimate(&self) -> anyhow::Result<Estimate>;
 
-    /// Does the units of a piece, and returns what [`Work::merge`] needs of it. Does them again if
-    /// they were done before. `place` is which piece of a job it is; `None` if there is no job.
-    fn work(&self, piece: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Value>;
+    /// Does the units of `piece`, also if they were done before. `place` is the place of the piece in
+    /// a job; `None` if there is no job.
+    fn work(&self, piece: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Part>;
 
-    /// Fails with what is missing if outputs of a piece with this result are not as it left them.
-    fn check(&self, _result: &Value) -> Result<(), String> {
-        Ok(())
-    }
-
-    /// Joins the results of all pieces, in order.
-    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()>;
+    /// Joins the parts of all pieces, in order.
+    fn merge(&self, parts: Vec<Part>) -> anyhow::Result<()>;
 }
 
-/// Which piece of a job is done.
+/// What a piece has made.
+#[derive(Default)]
+pub struct Part {
+    /// Its results.
+    pub result: Value,
+    /// The files that it has written.
+    pub files: Vec<PathBuf>,
+}
+
+/// The place of a piece in a job.
 // Only sweeps want the numbers.
 #[cfg_attr(not(feature = "studies"), allow(dead_code))]
 pub struct Place<'a> {
@@ -99,15 +105,18 @@ pub fn run(work: &dyn Work, arguments: &PlanArguments) -> anyhow::Result<()> {
         end: work.count(),
         seconds: 0.0,
     };
-    let result = work.work(&all, None)?;
-    work.merge(vec![result])
+    let part = work.work(&all, None)?;
+    work.merge(vec![part])
 }
 
 /// Returns the work of a command line; `None` if its command cannot be cut into pieces.
 fn work_of(words: &[String]) -> anyhow::Result<Option<Box<dyn Work>>> {
     let words = std::iter::once("relievo").chain(words.iter().map(String::as_str));
     let arguments = Arguments::try_parse_from(words)?;
-    Ok(super::work_of(&arguments.command)?.map(|(work, _)| work))
+    Ok(match arguments.command.task()? {
+        Task::Pieces(work, _) => Some(work),
+        Task::Whole(_) => None,
+    })
 }
 
 #[derive(Args)]

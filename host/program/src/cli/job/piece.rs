@@ -1,7 +1,8 @@
 //! The pieces of a job: doing one, and joining all.
 
+use super::file::DigestedFile;
 use super::plan::{Job, counted, duration, folder};
-use super::{Place, Work, work_of};
+use super::{Part, Place, Work, work_of};
 use crate::cli::say;
 use anyhow::{Context, bail};
 use relievo::file::{read_regular, write_bytes};
@@ -19,8 +20,22 @@ struct Done {
     piece: usize,
     /// Time, seconds.
     seconds: f64,
-    /// What [`Work::work`] has returned.
+    /// [`Part::result`].
     result: Value,
+    /// [`Part::files`].
+    files: Vec<DigestedFile>,
+}
+
+impl Done {
+    /// Fails if a file that the piece has written is gone or has changed.
+    fn check(&self) -> anyhow::Result<()> {
+        for file in &self.files {
+            if !file.is_same()? {
+                bail!("{} has changed", file.path.display());
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Largest size of the file of a piece, bytes.
@@ -83,6 +98,20 @@ impl Opened {
         }
         Ok(Some(done))
     }
+
+    /// Returns the times of the pieces that are done, seconds, and the numbers of the others: also
+    /// of those whose outputs are gone.
+    fn survey(&self) -> anyhow::Result<(Vec<f64>, Vec<usize>)> {
+        self.job.check(&self.path)?;
+        let (mut times, mut missing) = (Vec::new(), Vec::new());
+        for number in 1..=self.job.pieces.len() {
+            match self.done(number)? {
+                Some(done) if done.check().is_ok() => times.push(done.seconds),
+                _ => missing.push(number),
+            }
+        }
+        Ok((times, missing))
+    }
 }
 
 /// Does piece `number` of the job, unless it is done.
@@ -101,7 +130,7 @@ pub fn run(job: &Path, number: usize) -> anyhow::Result<()> {
     let work = opened.work()?;
     let file = path(&opened.path, number);
     if let Some(done) = opened.done(number)?
-        && work.check(&done.result).is_ok()
+        && done.check().is_ok()
     {
         return say(format_args!(
             "piece {number} of {count} was done before: {}",
@@ -115,12 +144,15 @@ pub fn run(job: &Path, number: usize) -> anyhow::Result<()> {
         count,
         folder: &folder,
     };
-    let result = work.work(piece, Some(&place))?;
+    let part = work.work(piece, Some(&place))?;
+    let seconds = start.elapsed().as_secs_f64();
+    let files = part.files.into_iter().map(DigestedFile::new);
     let done = Done {
         job: opened.digest,
         piece: number,
-        seconds: start.elapsed().as_secs_f64(),
-        result,
+        seconds,
+        result: part.result,
+        files: files.collect::<anyhow::Result<_>>()?,
     };
     let mut text = serde_json::to_string(&done)?;
     text.push('\n');
@@ -137,12 +169,15 @@ pub fn run(job: &Path, number: usize) -> anyhow::Result<()> {
 pub fn merge(job: &Path) -> anyhow::Result<()> {
     let opened = Opened::open(job)?;
     let work = opened.work()?;
-    let (mut results, mut missing, mut problems) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut parts, mut missing, mut problems) = (Vec::new(), Vec::new(), Vec::new());
     for number in 1..=opened.job.pieces.len() {
         match opened.done(number) {
-            Ok(Some(done)) => match work.check(&done.result) {
-                Ok(()) => results.push(done.result),
-                Err(problem) => problems.push(format!("piece {number}: {problem}; run it again")),
+            Ok(Some(done)) => match done.check() {
+                Ok(()) => parts.push(Part {
+                    result: done.result,
+                    files: done.files.into_iter().map(|file| file.path).collect(),
+                }),
+                Err(problem) => problems.push(format!("piece {number}: {problem:#}; run it again")),
             },
             Ok(None) => missing.push(number),
             Err(error) => problems.push(format!("{error:#}")),
@@ -158,22 +193,15 @@ pub fn merge(job: &Path) -> anyhow::Result<()> {
     if !problems.is_empty() {
         bail!("{}", problems.join("\n"));
     }
-    work.merge(results)
+    work.merge(parts)
 }
 
 /// Says which pieces are done.
 pub fn status(job: &Path) -> anyhow::Result<()> {
     let opened = Opened::open(job)?;
-    let work = opened.work()?;
+    let (times, missing) = opened.survey()?;
     say(format_args!("relievo {}", opened.job.words.join(" ")))?;
     say(format_args!("{}", opened.job.describe()))?;
-    let (mut times, mut missing) = (Vec::new(), Vec::new());
-    for number in 1..=opened.job.pieces.len() {
-        match opened.done(number)? {
-            Some(done) if work.check(&done.result).is_ok() => times.push(done.seconds),
-            _ => missing.push(number),
-        }
-    }
     let spent = duration(times.iter().sum());
     if missing.is_empty() {
         return say(format_args!("all pieces are done, in {spent}"));
@@ -185,17 +213,10 @@ pub fn status(job: &Path) -> anyhow::Result<()> {
     ))
 }
 
-/// Returns the numbers of the pieces that are not done, or whose outputs are gone, and the job.
+/// Returns the job, and the numbers of the pieces that are not done or whose outputs are gone.
 pub fn missing(job: &Path) -> anyhow::Result<(Job, Vec<usize>)> {
     let opened = Opened::open(job)?;
-    let work = opened.work()?;
-    let mut missing = Vec::new();
-    for number in 1..=opened.job.pieces.len() {
-        let done = opened.done(number)?;
-        if done.is_none_or(|done| work.check(&done.result).is_err()) {
-            missing.push(number);
-        }
-    }
+    let (_, missing) = opened.survey()?;
     Ok((opened.job, missing))
 }
 

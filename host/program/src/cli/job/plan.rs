@@ -1,26 +1,25 @@
 //! Job files: what a command would do, cut into pieces.
 
+use super::file::{DigestedFile, digest, own_digest};
 use super::{Estimate, Work};
 use crate::cli::say;
 use anyhow::{Context, bail};
 use clap::Args;
 use relievo::file::{files_read, read_regular, write_bytes};
 use serde::{Deserialize, Serialize};
-use siphasher::sip128::{Hasher128, SipHasher24};
 use std::collections::BTreeSet;
 use std::ffi::OsString;
-use std::hash::Hasher;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 /// Options of commands that can be cut into pieces.
 #[derive(Args, Clone)]
 pub struct PlanArguments {
-    /// Write a plan of the work in pieces to this file, and do none of it; relievo job does the pieces
+    /// Write a plan that cuts the work into pieces to this file, for relievo job
     #[arg(long, value_name = "JOB.json")]
     pub plan: Option<PathBuf>,
-    /// Least time of a piece by estimate, seconds; schedulers drown in pieces that are much shorter.
-    /// With 0 each unit of the work is a piece
+    /// Least estimated time of a piece, seconds; much shorter pieces overload schedulers. With 0 each
+    /// unit of the work is a piece
     #[arg(long, value_name = "S", default_value_t = 30.0, requires = "plan", value_parser = parse_seconds)]
     pub piece_seconds: f64,
 }
@@ -28,10 +27,10 @@ pub struct PlanArguments {
 /// Options above, which are left out of the words of a job.
 const OPTIONS: [&str; 2] = ["--plan", "--piece-seconds"];
 
-/// Largest number of pieces: arrays of schedulers have so many places.
+/// Largest number of pieces: that of the tasks of an array in Slurm's default configuration.
 const MOST_PIECES: usize = 1000;
 
-/// Setting up takes at most this share of a piece, if there is so much work.
+/// Largest share of a piece that setting up takes, if there is enough work.
 const LARGEST_SETUP: f64 = 0.2;
 
 fn parse_seconds(text: &str) -> Result<f64, String> {
@@ -62,8 +61,8 @@ pub struct Job {
     pub folder: PathBuf,
     /// The words of the command.
     pub words: Vec<String>,
-    /// The files that decide the results.
-    pub inputs: Vec<Input>,
+    /// The files that decide the results, with absolute paths.
+    pub inputs: Vec<DigestedFile>,
     /// Name of a unit of the work, such as frame.
     pub unit: String,
     /// Threads of a piece.
@@ -74,15 +73,6 @@ pub struct Job {
     pub merge_memory: u64,
     /// The pieces.
     pub pieces: Vec<Piece>,
-}
-
-/// A file and its contents.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Input {
-    /// Its absolute path.
-    pub path: PathBuf,
-    /// Digest of its bytes.
-    pub digest: String,
 }
 
 /// Units that are done together.
@@ -101,26 +91,6 @@ impl Piece {
     pub fn units(&self) -> Range<usize> {
         self.first..self.end
     }
-}
-
-/// Returns a digest of `bytes`: SipHash-2-4 with 128 bits. It tells whether something has changed, and
-/// is no protection against those who want to hide it.
-pub fn digest(bytes: &[u8]) -> String {
-    let mut hasher = SipHasher24::new();
-    hasher.write(bytes);
-    format!("{:032x}", hasher.finish128().as_u128())
-}
-
-/// Returns the digest of the file at `path`.
-pub fn digest_of_file(path: &Path) -> anyhow::Result<String> {
-    let bytes = read_regular(path, u64::MAX);
-    let bytes = bytes.with_context(|| format!("cannot read {}", path.display()))?;
-    Ok(digest(&bytes))
-}
-
-/// Returns the digest of this program.
-pub fn own_digest() -> anyhow::Result<String> {
-    digest_of_file(&std::env::current_exe().context("this program has no file")?)
 }
 
 /// Returns the folder of the pieces of the job file at `path`.
@@ -160,11 +130,9 @@ pub fn write(work: &dyn Work, arguments: &PlanArguments, path: &Path) -> anyhow:
             path.display()
         );
     }
-    let inputs = inputs.into_iter().map(|path| {
-        let digest = digest_of_file(&path)?;
-        Ok(Input { path, digest })
-    });
+    let inputs = inputs.into_iter().map(DigestedFile::new);
     let inputs = inputs.collect::<anyhow::Result<Vec<_>>>()?;
+    let memory = memory();
     let job = Job {
         format: FORMAT,
         version: env!("CARGO_PKG_VERSION").to_string(),
@@ -174,8 +142,8 @@ pub fn write(work: &dyn Work, arguments: &PlanArguments, path: &Path) -> anyhow:
         inputs,
         unit: work.unit().to_string(),
         threads: estimate.threads,
-        memory: memory() + estimate.memory,
-        merge_memory: memory() + estimate.merge_memory,
+        memory: memory + estimate.memory,
+        merge_memory: memory + estimate.merge_memory,
         pieces: cut(&estimate, arguments.piece_seconds),
     };
     let mut text = serde_json::to_string_pretty(&job)?;
@@ -228,7 +196,7 @@ impl Job {
             )
         })?;
         for input in &self.inputs {
-            if digest_of_file(&input.path)? != input.digest {
+            if !input.is_same()? {
                 bail!(
                     "{} has changed since {} was planned; plan again",
                     input.path.display(),

@@ -1,18 +1,17 @@
 //! `relievo bounds`.
 
-use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, threads};
+use crate::cli::job::{Estimate, Part, Piece, Place, PlanArguments, Work, threads};
 use crate::cli::progress::Bar;
 use crate::cli::say;
 use anyhow::bail;
 use clap::Args;
 use relievo::file::write_bytes;
 use relievo_studies::bounds::{Row, functions, measure, page, rows};
-use serde_json::Value;
 use std::ops::Range;
 use std::path::PathBuf;
 use std::time::Instant;
 
-#[derive(Args, Clone)]
+#[derive(Args)]
 pub struct BoundsArguments {
     /// Write the tables to this file, as Markdown [default: to standard output]
     #[arg(short, long, value_name = "OUT.md")]
@@ -64,15 +63,18 @@ impl Work for BoundsArguments {
         })
     }
 
-    fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Value> {
+    fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Part> {
         let rows = measured(piece.units(), self.inputs);
-        Ok(serde_json::to_value(rows)?)
+        Ok(Part {
+            result: serde_json::to_value(rows)?,
+            ..Part::default()
+        })
     }
 
-    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
+    fn merge(&self, parts: Vec<Part>) -> anyhow::Result<()> {
         let mut all = Vec::new();
-        for result in results {
-            all.extend(serde_json::from_value::<Vec<Row>>(result)?);
+        for part in parts {
+            all.extend(serde_json::from_value::<Vec<Row>>(part.result)?);
         }
         let mut all = all.into_iter();
         let measured: Vec<_> = functions()

@@ -1,7 +1,7 @@
 //! `relievo bench budget`.
 
 use super::{Measured, measured_adapter};
-use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work};
+use crate::cli::job::{Estimate, Part, Piece, Place, PlanArguments, Work};
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
 use crate::cli::say;
@@ -14,11 +14,10 @@ use relievo::scene::{MapOptions, Scene, Tier};
 use relievo::shape_map::Storage;
 use relievo_studies::bench::{Backend, Summary, Timed};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use std::path::PathBuf;
 use std::time::Instant;
 
-#[derive(Args, Clone)]
+#[derive(Args)]
 pub struct BenchBudgetArguments {
     /// Number of random scenes
     #[arg(long, value_name = "N", default_value_t = 20, value_parser = clap::value_parser!(u64).range(1..1_000_000))]
@@ -147,7 +146,7 @@ impl Work for BenchBudgetArguments {
         })
     }
 
-    fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Value> {
+    fn work(&self, piece: &Piece, _: Option<&Place<'_>>) -> anyhow::Result<Part> {
         let adapter = self.adapter()?;
         let bar = Bar::new();
         let units = piece.units();
@@ -159,13 +158,16 @@ impl Work for BenchBudgetArguments {
             );
             all.push(self.of_scene(number as u64, adapter.as_ref())?);
         }
-        Ok(serde_json::to_value(all)?)
+        Ok(Part {
+            result: serde_json::to_value(all)?,
+            ..Part::default()
+        })
     }
 
-    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
+    fn merge(&self, parts: Vec<Part>) -> anyhow::Result<()> {
         let mut all = Vec::new();
-        for result in results {
-            all.extend(serde_json::from_value::<Vec<OfScene>>(result)?);
+        for part in parts {
+            all.extend(serde_json::from_value::<Vec<OfScene>>(part.result)?);
         }
         for (index, budget) in BUDGETS.iter().enumerate() {
             let outcomes = all.iter().map(|of| (of.number, &of.budgets[index]));

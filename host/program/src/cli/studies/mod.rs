@@ -9,7 +9,7 @@ mod geometry;
 mod report;
 mod tradeoff;
 
-use super::{Planned, refuse_adapter, say};
+use super::{Task, refuse_adapter, say};
 use bench::Comparison;
 use clap::{Args, Subcommand, ValueEnum};
 use relievo::Error;
@@ -56,41 +56,43 @@ pub enum BenchCommand {
     Geometry(geometry::BenchGeometryArguments),
 }
 
-/// Returns the work of a command; `None` if it has no pieces.
-pub fn work_of(command: &Command) -> anyhow::Result<Option<Planned>> {
-    Ok(match command {
-        Command::Bounds(arguments) => Some((Box::new(arguments.clone()), arguments.plan.clone())),
-        Command::Bench(BenchCommand::Budget(arguments)) if !arguments.fit => {
-            Some((Box::new(arguments.clone()), arguments.plan.clone()))
-        }
-        Command::Tradeoff(arguments) => {
-            let work = tradeoff::Sweep::new(arguments.clone())?;
-            Some((Box::new(work), arguments.plan.clone()))
-        }
-        _ => None,
-    })
+impl Command {
+    /// Returns what the command does, after checking its arguments.
+    pub(super) fn task(self) -> anyhow::Result<Task> {
+        Ok(match self {
+            Command::Bounds(arguments) => {
+                let plan = arguments.plan.clone();
+                Task::pieces(arguments, plan)
+            }
+            Command::Bench(BenchCommand::Budget(arguments)) if !arguments.fit => {
+                let plan = arguments.plan.clone();
+                Task::pieces(arguments, plan)
+            }
+            Command::Bench(command) => Task::whole(move || bench(&command)),
+            Command::Tradeoff(arguments) => {
+                let plan = arguments.plan.clone();
+                Task::pieces(tradeoff::Sweep::new(arguments)?, plan)
+            }
+            Command::Report(arguments) => Task::whole(move || report::run(&arguments)),
+            Command::Gallery(arguments) => Task::whole(move || gallery::run(&arguments)),
+        })
+    }
 }
 
-/// Runs a command that has no pieces.
-pub fn run(command: Command) -> anyhow::Result<()> {
+/// Runs a benchmark that has no pieces.
+fn bench(command: &BenchCommand) -> anyhow::Result<()> {
     match command {
-        // They have pieces.
-        Command::Bounds(_) | Command::Tradeoff(_) => Ok(()),
-        Command::Bench(BenchCommand::Scene(arguments)) => bench::scenes(&arguments),
-        Command::Bench(BenchCommand::Exactness(arguments)) => {
-            bench::compare(&arguments, Comparison::Exactness)
+        BenchCommand::Scene(arguments) => bench::scenes(arguments),
+        BenchCommand::Exactness(arguments) => bench::compare(arguments, Comparison::Exactness),
+        BenchCommand::Specialization(arguments) => {
+            bench::compare(arguments, Comparison::Specialization)
         }
-        Command::Bench(BenchCommand::Specialization(arguments)) => {
-            bench::compare(&arguments, Comparison::Specialization)
-        }
-        Command::Bench(BenchCommand::Budget(arguments)) => budget::fit(&arguments),
-        Command::Bench(BenchCommand::Table1(arguments)) => bench::table1(&arguments),
-        Command::Bench(BenchCommand::Distance(arguments)) => bench::distance(&arguments),
-        Command::Bench(BenchCommand::Edges(arguments)) => bench::edges(&arguments),
-        Command::Bench(BenchCommand::Scaling(arguments)) => bench::scaling(&arguments),
-        Command::Bench(BenchCommand::Geometry(arguments)) => geometry::run(&arguments),
-        Command::Report(arguments) => report::run(&arguments),
-        Command::Gallery(arguments) => gallery::run(&arguments),
+        BenchCommand::Budget(arguments) => budget::fit(arguments),
+        BenchCommand::Table1(arguments) => bench::table1(arguments),
+        BenchCommand::Distance(arguments) => bench::distance(arguments),
+        BenchCommand::Edges(arguments) => bench::edges(arguments),
+        BenchCommand::Scaling(arguments) => bench::scaling(arguments),
+        BenchCommand::Geometry(arguments) => geometry::run(arguments),
     }
 }
 
@@ -141,7 +143,7 @@ impl Study<'_> {
 }
 
 /// The devices that a command measures.
-#[derive(Args, Clone)]
+#[derive(Args)]
 pub struct DeviceArguments {
     /// Devices to measure
     #[arg(long, value_enum, default_value_t = Measured::Both)]

@@ -1,7 +1,7 @@
 //! `relievo tradeoff`.
 
 use super::DeviceArguments;
-use crate::cli::job::{Estimate, Piece, Place, PlanArguments, Work, digest_of_file};
+use crate::cli::job::{Estimate, Part, Piece, Place, PlanArguments, Work, threads};
 use crate::cli::limits::LimitArguments;
 use crate::cli::parse_size;
 use crate::cli::progress::Bar;
@@ -16,12 +16,10 @@ use relievo_studies::tradeoff::{
     Asked, Devices, FORMAT, Grid, Header, Machine, Rendering, Report, Shard, Store, Subject, png,
     sweep, variants,
 };
-use serde::{Deserialize, Serialize};
-use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-#[derive(Args, Clone)]
+#[derive(Args)]
 #[command(
     after_help = "Each variant is on the disk as soon as it is measured: the same command goes on after an interruption.\nOn several machines: --plan (docs/cluster.md)."
 )]
@@ -64,14 +62,6 @@ pub struct Sweep {
     subject: Subject,
 }
 
-/// Measurements of a piece.
-#[derive(Serialize, Deserialize)]
-struct Measured {
-    folder: PathBuf,
-    file: String,
-    digest: String,
-}
-
 impl Sweep {
     /// Reads the scene.
     pub fn new(arguments: TradeoffArguments) -> anyhow::Result<Sweep> {
@@ -89,6 +79,84 @@ impl Sweep {
             true => Grid::Quick,
             false => Grid::Full,
         }
+    }
+
+    /// Measures the variants of `shard` that its file in `folder` lacks. Returns how many these are,
+    /// and how many were there.
+    fn measure(&self, shard: Shard, folder: &Path) -> anyhow::Result<[usize; 2]> {
+        let Sweep { arguments, subject } = self;
+        let adapter = arguments.devices.adapter()?;
+        let devices = Devices {
+            adapter: adapter.as_ref(),
+        };
+        let header = Header {
+            format: FORMAT,
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            scene: name_of(&arguments.scene),
+            digest: subject.digest.clone(),
+            size: subject.scene.size,
+            frames: arguments.frames,
+            grid: self.grid(),
+            renderings: devices.renderings(arguments.devices.has_cpu()),
+            shard,
+            machine: Machine {
+                cpu: cpu(),
+                adapter: adapter.as_ref().map(|adapter| adapter.describe()),
+            },
+        };
+        let mut store = match Store::open(folder, &header, arguments.restart) {
+            // A piece that was begun on another machine, or whose file is damaged, is begun again.
+            Err(Error::Measurements { problem, .. })
+                if shard.count > 1 && !problem.starts_with(Store::LOCKED) =>
+            {
+                tracing::warn!("measured anew: what is there {problem}");
+                Store::open(folder, &header, true)?
+            }
+            opened => opened?,
+        };
+        let kept = store.records.len();
+        let bar = Bar::new();
+        let done = sweep(
+            subject,
+            &header,
+            &devices,
+            &mut store,
+            &|message, fraction| {
+                bar.show(message, fraction);
+            },
+        )?;
+        Ok([done, kept])
+    }
+
+    /// Writes the report of all measurements in `measured`.
+    fn report(&self, measured: &Path) -> anyhow::Result<()> {
+        let Sweep { arguments, subject } = self;
+        let folder = &arguments.output;
+        let report = Report::read(measured, subject)?;
+        let encoding = |name: &str| {
+            let path = folder.join(name);
+            |message| Error::Encode { path, message }
+        };
+        let svg = report.to_svg().map_err(encoding(SVG))?;
+        let picture = png(&svg).map_err(encoding(PNG))?;
+        let command = command(arguments, &report)?;
+        let asked = Asked {
+            command: &command,
+            csv: CSV,
+            chart: SVG,
+        };
+        let page = report.to_markdown(subject, asked);
+        for (name, bytes) in [
+            (CSV, report.to_csv().as_bytes()),
+            (SVG, svg.as_bytes()),
+            (PNG, picture.as_slice()),
+            (PAGE, page.as_bytes()),
+        ] {
+            let path = folder.join(name);
+            write_bytes(&path, bytes).map_err(relievo::Error::from)?;
+            say(format_args!("{}", path.display()))?;
+        }
+        Ok(())
     }
 }
 
@@ -116,13 +184,7 @@ impl Work for Sweep {
                 count: count.div_ceil(settings) as u32,
             };
             let start = Instant::now();
-            measure(
-                &self.subject,
-                shard,
-                folder.path(),
-                self.grid(),
-                &self.arguments,
-            )?;
+            self.measure(shard, folder.path())?;
             Ok(start.elapsed().as_secs_f64())
         };
         let one = time(1)?;
@@ -139,7 +201,7 @@ impl Work for Sweep {
         })
     }
 
-    fn work(&self, _: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Value> {
+    fn work(&self, _: &Piece, place: Option<&Place<'_>>) -> anyhow::Result<Part> {
         let (folder, shard) = match place {
             Some(place) => (
                 place.folder,
@@ -150,116 +212,24 @@ impl Work for Sweep {
             ),
             None => (self.arguments.output.as_path(), Shard::WHOLE),
         };
-        let [done, kept] = measure(&self.subject, shard, folder, self.grid(), &self.arguments)?;
-        let file = Store::name(shard);
+        let [done, kept] = self.measure(shard, folder)?;
+        let file = folder.join(Store::name(shard));
         say(format_args!(
             "variants measured: {done}, kept from before: {kept}; {}",
-            folder.join(&file).display()
+            file.display()
         ))?;
-        Ok(serde_json::to_value(Measured {
-            digest: digest_of_file(&folder.join(&file))?,
-            folder: folder.to_path_buf(),
-            file,
-        })?)
+        Ok(Part {
+            files: vec![file],
+            ..Part::default()
+        })
     }
 
-    fn check(&self, result: &Value) -> Result<(), String> {
-        let text = |error: &dyn std::fmt::Display| error.to_string();
-        let measured = Measured::deserialize(result).map_err(|error| text(&error))?;
-        let path = measured.folder.join(measured.file);
-        match digest_of_file(&path) {
-            Ok(digest) if digest == measured.digest => Ok(()),
-            Ok(_) => Err(format!("{} has changed", path.display())),
-            Err(error) => Err(format!("{error:#}")),
-        }
+    fn merge(&self, parts: Vec<Part>) -> anyhow::Result<()> {
+        // The files of all pieces are in one folder.
+        let mut files = parts.iter().flat_map(|part| &part.files);
+        let folder = files.next().and_then(|file| file.parent());
+        self.report(folder.context("there are no measurements")?)
     }
-
-    fn merge(&self, results: Vec<Value>) -> anyhow::Result<()> {
-        let first = results.first().context("there are no measurements")?;
-        let folder = Measured::deserialize(first)?.folder;
-        report(&self.subject, &folder, &self.arguments)
-    }
-}
-
-/// Measures the missing variants of `shard`; returns how many, and how many were there.
-fn measure(
-    subject: &Subject,
-    shard: Shard,
-    folder: &Path,
-    grid: Grid,
-    arguments: &TradeoffArguments,
-) -> anyhow::Result<[usize; 2]> {
-    let adapter = arguments.devices.adapter()?;
-    let devices = Devices {
-        adapter: adapter.as_ref(),
-    };
-    let header = Header {
-        format: FORMAT,
-        version: env!("CARGO_PKG_VERSION").to_string(),
-        scene: name_of(&arguments.scene),
-        digest: subject.digest.clone(),
-        size: subject.scene.size,
-        frames: arguments.frames,
-        grid,
-        renderings: devices.renderings(arguments.devices.has_cpu()),
-        shard,
-        machine: Machine {
-            cpu: cpu(),
-            adapter: adapter.as_ref().map(|adapter| adapter.describe()),
-        },
-    };
-    let mut store = match Store::open(folder, &header, arguments.restart) {
-        // A piece that was begun on another machine, or whose file is damaged, is begun again.
-        Err(Error::Measurements { problem, .. })
-            if shard.count > 1 && !problem.starts_with(Store::LOCKED) =>
-        {
-            tracing::warn!("measured anew: what is there {problem}");
-            Store::open(folder, &header, true)?
-        }
-        opened => opened?,
-    };
-    let kept = store.records.len();
-    let bar = Bar::new();
-    let done = sweep(
-        subject,
-        &header,
-        &devices,
-        &mut store,
-        &|message, fraction| {
-            bar.show(message, fraction);
-        },
-    )?;
-    Ok([done, kept])
-}
-
-/// Writes the report of all measurements in `measured`.
-fn report(subject: &Subject, measured: &Path, arguments: &TradeoffArguments) -> anyhow::Result<()> {
-    let folder = &arguments.output;
-    let report = Report::read(measured, subject)?;
-    let encoding = |name: &str| {
-        let path = folder.join(name);
-        |message| Error::Encode { path, message }
-    };
-    let svg = report.to_svg().map_err(encoding(SVG))?;
-    let picture = png(&svg).map_err(encoding(PNG))?;
-    let command = command(arguments, &report)?;
-    let asked = Asked {
-        command: &command,
-        csv: CSV,
-        chart: SVG,
-    };
-    let page = report.to_markdown(subject, asked);
-    for (name, bytes) in [
-        (CSV, report.to_csv().as_bytes()),
-        (SVG, svg.as_bytes()),
-        (PNG, picture.as_slice()),
-        (PAGE, page.as_bytes()),
-    ] {
-        let path = folder.join(name);
-        write_bytes(&path, bytes).map_err(relievo::Error::from)?;
-        say(format_args!("{}", path.display()))?;
-    }
-    Ok(())
 }
 
 /// Returns the command line of this measurement.
@@ -293,6 +263,5 @@ fn cpu() -> String {
         .lines()
         .find_map(|line| line.strip_prefix("model name")?.split_once(':'))
         .map_or("CPU", |(_, model)| model.trim());
-    let threads = std::thread::available_parallelism().map_or(1, usize::from);
-    format!("{model}, {threads} threads")
+    format!("{model}, {} threads", threads())
 }
