@@ -11,8 +11,8 @@
 //! points find them, with the outlines in binding 0 of group 1. Draws are not indexed: three
 //! vertices a facet; the fragment shader decides by an exact test.
 //!
-//! Copies of an object may be drawn at once if the specialization constant 0, `has_copies`, is 1: then
-//! facets are numbered through all copies. It is 0 in the files.
+//! The specialization constant 0, `has_copies`, is 0 in the files. If the host sets it to 1, it draws
+//! all copies of an object at once, and numbers facets through all copies.
 //!
 //! `shade` is drawn over the whole picture, after the G-buffer, with bindings of its own.
 #![cfg_attr(target_arch = "spirv", no_std)]
@@ -138,20 +138,20 @@ fn corners(outline: &Outline) -> Corners {
     [a.x, a.y, b.x, b.y, c.x, c.y]
 }
 
-/// Returns the copy of facet `index`, and its number in the object.
+/// Returns the frame of the copy that facet `index` belongs to, and the facet's index in the object.
 ///
 /// Where `has_copies` is 0, compilers see that the frame is the same for all pixels.
 #[inline]
-fn copy_of(index: u32, object: &Object, has_copies: u32) -> (u32, u32) {
+fn locate<'a>(
+    frames: &'a [Frame],
+    object: &Object,
+    index: u32,
+    has_copies: u32,
+) -> (&'a Frame, u32) {
     let copy = index.checked_div(object.facets).unwrap_or(0) * has_copies;
-    (copy, index - copy * object.facets)
-}
-
-/// Returns the frame of a copy.
-#[inline]
-fn frame_of(frames: &[Frame], copy: u32) -> &Frame {
     // SAFETY: the host binds a frame for each copy that it draws.
-    unsafe { frames.index_unchecked(copy as usize) }
+    let frame = unsafe { frames.index_unchecked(copy as usize) };
+    (frame, index - copy * object.facets)
 }
 
 /// Facets of a row of invocations; a grid has more than one row where there are more. The host
@@ -172,8 +172,8 @@ macro_rules! outline_entry_point {
             #[spirv(storage_buffer, descriptor_set = 1, binding = 0)] outlines: &mut [Corners],
         ) {
             let index = id.x + ROW * id.y;
-            let (copy, facet) = copy_of(index, object, has_copies);
-            let outline = $outline(facets, frame_of(frames, copy), object, facet);
+            let (frame, facet) = locate(frames, object, index, has_copies);
+            let outline = $outline(facets, frame, object, facet);
             // SAFETY: the host binds room for all invocations.
             unsafe { *outlines.index_unchecked_mut(index as usize) = corners(&outline) };
         }
@@ -229,7 +229,8 @@ macro_rules! facet_entry_points {
             #[spirv(flat)] facet_index: &mut u32,
         ) {
             let index = vertex_index / 3;
-            let outline = $facet::outline(facets, frame_of(frames, 0), object, index);
+            let (frame, _) = locate(frames, object, index, 0);
+            let outline = $facet::outline(facets, frame, object, index);
             let corner = outline_corner(&outline, vertex_index - 3 * index);
             *position = vec4(corner.x, corner.y, 0.5, 1.0);
             *facet_index = index;
@@ -251,8 +252,7 @@ pub fn exits(
     #[spirv(frag_depth)] depth: &mut f32,
     words: &mut UVec4,
 ) {
-    let (copy, facet) = copy_of(index, object, has_copies);
-    let frame = frame_of(frames, copy);
+    let (frame, facet) = locate(frames, object, index, has_copies);
     let triangle = Triangle::over(facets, facet);
     let direction = camera::pixel_ray(frame, coordinate.x as u32, coordinate.y as u32);
     let (found, reversed_depth) = exit::meet(frame, direction, &triangle);
@@ -317,8 +317,7 @@ macro_rules! color_entry_point {
             let texels = TexelBuffer(words);
             let given = object;
             $(let object = &known::<{ $facts }>(given);)?
-            let (copy, facet) = copy_of(index, object, has_copies);
-            let frame = frame_of(frames, copy);
+            let (frame, facet) = locate(frames, object, index, has_copies);
             let over = $facet::over(facets, facet);
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
@@ -356,8 +355,7 @@ macro_rules! geometry_entry_point {
         ) {
             let texels = TexelBuffer(words);
             $(let object = &known::<{ $facts }>(object);)?
-            let (copy, facet) = copy_of(index, object, has_copies);
-            let frame = frame_of(frames, copy);
+            let (frame, facet) = locate(frames, object, index, has_copies);
             let over = $facet::over(facets, facet);
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
@@ -392,8 +390,7 @@ macro_rules! surface_entry_point {
             let texels = TexelBuffer(words);
             let given = object;
             $(let object = &known::<{ $facts }>(given);)?
-            let (copy, facet) = copy_of(index, object, has_copies);
-            let frame = frame_of(frames, copy);
+            let (frame, facet) = locate(frames, object, index, has_copies);
             let over = $facet::over(facets, facet);
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);

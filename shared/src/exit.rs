@@ -28,7 +28,7 @@ pub struct Exit {
     pub depth: Real,
 }
 
-/// Returns the number by which exits of `object` are known, which is drawn with `frame`.
+/// Returns the number that marks the exits of `object`, or of its copy, drawn with `frame`.
 #[inline]
 pub fn number(frame: &Frame, object: &Object) -> u32 {
     object.number.wrapping_add(frame.number)

@@ -242,7 +242,7 @@ pub struct Frame {
     pub unit: Real,
     /// The axes of object space, world axes: the columns of a rotation.
     pub axes: [[Real; 3]; 3],
-    /// What the [`number`](Object::number) of a copy is larger by than its first copy's.
+    /// Added to the [`number`](Object::number) of the object; 0 for its first copy.
     pub number: u32,
 }
 
@@ -320,7 +320,8 @@ pub struct Object {
     /// [`FINISHES`](crate::shading::layout::FINISHES) times this. The flag
     /// [`KNOWS_EDGES`](crate::gbuffer::KNOWS_EDGES) may be set.
     pub finish: u32,
-    /// Number of its facets. Copies that are drawn at once number theirs one after another.
+    /// Number of its facets. Facet i of copy c has the number c · `facets` + i where copies are
+    /// drawn at once.
     pub facets: u32,
 }
 

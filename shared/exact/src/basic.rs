@@ -3,16 +3,11 @@
 #[cfg(not(any(feature = "corrected", target_arch = "spirv")))]
 use crate::bits::SIGN;
 use crate::bits::{LARGEST_BELOW_ONE, finite, scaled};
-#[cfg(all(feature = "fused", target_arch = "spirv"))]
-use crate::fused as correction;
+#[cfg(feature = "corrected")]
+use crate::correction;
 #[cfg(not(feature = "corrected"))]
 use crate::native::{native_div, native_sqrt};
 use crate::pair::two_product;
-#[cfg(all(
-    feature = "corrected",
-    not(all(feature = "fused", target_arch = "spirv"))
-))]
-use crate::rounding as correction;
 use crate::rounding::Root;
 
 /// Returns `a / b`, rounded to nearest. A quotient that is not a normal number is 0

@@ -55,6 +55,15 @@ pub mod rounding;
 mod trigonometry;
 mod vector;
 
+// How the results of a device are corrected.
+#[cfg(all(feature = "fused", target_arch = "spirv"))]
+use fused as correction;
+#[cfg(all(
+    feature = "corrected",
+    not(all(feature = "fused", target_arch = "spirv"))
+))]
+use rounding as correction;
+
 pub use basic::{abs, ceil, clamp, div, floor, fract, max, min, recip_sqrt, round, sqrt, trunc};
 pub use bits::finite;
 pub use exponential::{exp, exp2, log, log2, pow};

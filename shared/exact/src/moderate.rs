@@ -1,11 +1,12 @@
 //! Division and roots of numbers of moderate size, with fewer instructions.
 //!
-//! Dividends are 0 or 2⁻⁷⁹…2⁷⁹ in magnitude, and divisors 2⁻⁷⁹…2⁷⁹. So are most of those
-//! of a program. Roots are of any number that is finite; those of less than 2⁻⁷⁹ are 0. All
-//! other results are those of [`crate::div`], [`crate::sqrt`] and [`crate::normalize_or`];
-//! where a device fuses sums (feature `fused`), half of their instructions are saved, which
-//! take apart and put together exponents. For other operands, a device may differ from the
-//! CPU.
+//! A dividend must be 0 or have a magnitude of 2⁻⁷⁹ to 2⁷⁹, and a divisor such a magnitude.
+//! With other operands of a division, a device may differ from the CPU. [`sqrt`] takes any
+//! finite number, and returns 0 for numbers below 2⁻⁷⁹. Apart from that, the results are
+//! those of [`crate::div`], [`crate::sqrt`] and [`crate::normalize_or`].
+//!
+//! Where a device fuses sums (feature `fused`), these functions take half of the
+//! instructions, since they leave exponents as they are.
 //!
 //! ```
 //! use relievo_exact::moderate::{div, sqrt};
@@ -13,13 +14,8 @@
 //! assert_eq!((div(1.0, 3.0), sqrt(2.0)), (1.0 / 3.0, 2.0_f32.sqrt()));
 //! ```
 
-#[cfg(all(feature = "fused", target_arch = "spirv"))]
-use crate::fused as correction;
-#[cfg(all(
-    feature = "corrected",
-    not(all(feature = "fused", target_arch = "spirv"))
-))]
-use crate::rounding as correction;
+#[cfg(feature = "corrected")]
+use crate::correction;
 use crate::vector::Vector;
 
 /// Returns `a / b`, rounded to nearest, as [`crate::div`] does.
