@@ -2,19 +2,27 @@
 
 use crate::packages::Packages;
 use crate::refusal::Refusals;
+use crate::rust_gpu::{self, Modules};
 use crate::shader_crate::{ShaderCrate, Variant};
-use crate::{arms, exact, loops, rust_gpu, words};
+use crate::{arms, exact, loops, words};
 use anyhow::{Context, Result};
-use std::collections::BTreeMap;
 
-/// Compiles a variant. Returns the words of one module for each entry point, since
-/// drivers read the whole module for every pipeline.
+/// Compiles a variant.
 ///
 /// # Errors
 ///
 /// If rust-gpu does not compile the crate, or with [`Refusals`] if it is not exact.
-pub fn compile(shaders: &ShaderCrate, variant: Variant) -> Result<BTreeMap<String, Vec<u32>>> {
-    let mut modules = rust_gpu::run(shaders, variant)?;
+pub fn compile(shaders: &ShaderCrate, variant: Variant) -> Result<Modules> {
+    finish(shaders, variant, rust_gpu::run(shaders, variant)?)
+}
+
+/// Finishes the `modules` that rust-gpu has made: makes them exact, and checks them.
+///
+/// # Errors
+///
+/// [`Refusals`] if they are not exact.
+pub fn finish(shaders: &ShaderCrate, variant: Variant, modules: Modules) -> Result<Modules> {
+    let mut modules = modules;
     if variant != Variant::Fast {
         let packages = Packages::of(&shaders.folder)?;
         let mut refusals = Refusals::default();

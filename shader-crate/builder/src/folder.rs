@@ -1,13 +1,14 @@
 //! The files of a project's shader folder: the modules of its shader crates, and their
 //! manifest.
 
-use crate::compile::compile as compile_crate;
-use crate::rust_gpu::{RUST_GPU, TARGET, rustc_version};
+use crate::compile::finish;
+use crate::rust_gpu::{self, Modules, RUST_GPU, TARGET, rustc_version};
 use crate::shader_crate::{FUSED, ShaderCrate, Variant};
 use anyhow::{Context, Result, bail};
 use cargo_metadata::MetadataCommand;
 use relievo_shader_manifest::{
-    MANIFEST_FILE, Manifest, Module, Project, Toolchain, VERSION, digest, source_digests,
+    self as manifest, MANIFEST_FILE, Manifest, Module, Project, Toolchain, VERSION, digest,
+    source_digests,
 };
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write;
@@ -30,36 +31,27 @@ pub fn compile(project: &Project, target_folder: &Path) -> Result<Files> {
     // Before minutes of compilation.
     let sources = source_digests(project)?;
     let rustc = rustc_version()?;
-    for (shaders, variants) in project.crates.iter().zip(variants) {
-        let shader_crate = ShaderCrate {
-            folder: shaders.folder.clone(),
-            features: Vec::new(),
-            target_folder: target_folder.to_path_buf(),
-        };
-        for variant in variants {
-            let folder = format!("{}_{}", shaders.name, variant.name());
-            let compiled = compile_crate(&shader_crate, variant)
-                .with_context(|| format!("the shader crate {}", shaders.name))?;
-            for (entry_point, words) in compiled {
-                let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
-                let file = format!("{folder}/{}.spv", file_stem(&entry_point)?);
-                // On some systems, the same in upper and lower case are one file.
-                if let Some(other) = files.keys().find(|f| f.eq_ignore_ascii_case(&file)) {
-                    bail!(
-                        "{file} and {other} would be one file on some systems; rename an entry point"
-                    );
-                }
-                modules.insert(
-                    file.clone(),
-                    Module {
-                        sha256: digest(&bytes),
-                        bytes: bytes.len() as u64,
-                    },
+    for (shaders, variant, compiled) in compile_variants(project, variants, target_folder)? {
+        let folder = format!("{}_{}", shaders.name, variant.name());
+        for (entry_point, words) in compiled {
+            let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+            let file = format!("{folder}/{}.spv", file_stem(&entry_point)?);
+            // On some systems, the same in upper and lower case are one file.
+            if let Some(other) = files.keys().find(|f| f.eq_ignore_ascii_case(&file)) {
+                bail!(
+                    "{file} and {other} would be one file on some systems; rename an entry point"
                 );
-                files.insert(file, bytes);
             }
-            folders.insert(folder, format!("{}: {}", shaders.about, variant.describe()));
+            modules.insert(
+                file.clone(),
+                Module {
+                    sha256: digest(&bytes),
+                    bytes: bytes.len() as u64,
+                },
+            );
+            files.insert(file, bytes);
         }
+        folders.insert(folder, format!("{}: {}", shaders.about, variant.describe()));
     }
     if source_digests(project)? != sources {
         bail!("the sources changed during the compilation; build again");
@@ -79,10 +71,44 @@ pub fn compile(project: &Project, target_folder: &Path) -> Result<Files> {
     Ok(files)
 }
 
+/// Compiles the variants of each crate. While rust-gpu compiles one, a thread finishes the
+/// modules of the one before.
+fn compile_variants<'a>(
+    project: &'a Project,
+    variants: Vec<Vec<Variant>>,
+    target_folder: &Path,
+) -> Result<Vec<(&'a manifest::ShaderCrate, Variant, Modules)>> {
+    std::thread::scope(|scope| {
+        let mut threads = Vec::new();
+        for (shaders, variants) in project.crates.iter().zip(variants) {
+            let shader_crate = ShaderCrate {
+                folder: shaders.folder.clone(),
+                features: Vec::new(),
+                target_folder: target_folder.to_path_buf(),
+            };
+            for variant in variants {
+                let modules = rust_gpu::run(&shader_crate, variant)
+                    .with_context(|| format!("the shader crate {}", shaders.name))?;
+                let shader_crate = shader_crate.clone();
+                let thread = scope.spawn(move || finish(&shader_crate, variant, modules));
+                threads.push((shaders, variant, thread));
+            }
+        }
+        let finished = threads.into_iter().map(|(shaders, variant, thread)| {
+            let result = thread.join();
+            let modules = result
+                .unwrap_or_else(|panic| std::panic::resume_unwind(panic))
+                .with_context(|| format!("the shader crate {}", shaders.name))?;
+            Ok((shaders, variant, modules))
+        });
+        finished.collect()
+    })
+}
+
 /// Returns the variants of each crate. Cargo brings the lock files up to date, too: their
 /// digests are taken before it compiles.
 fn variants(project: &Project) -> Result<Vec<Vec<Variant>>> {
-    let of = |shaders: &relievo_shader_manifest::ShaderCrate| {
+    let of = |shaders: &manifest::ShaderCrate| {
         let manifest_path = shaders.folder.join("Cargo.toml");
         let metadata = MetadataCommand::new()
             .manifest_path(&manifest_path)

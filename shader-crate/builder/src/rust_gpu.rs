@@ -13,9 +13,12 @@ pub const RUST_GPU: &str = "0.11.0";
 /// What modules are compiled for.
 pub const TARGET: &str = "spirv-unknown-vulkan1.1";
 
-/// Compiles a shader crate with rust-gpu. Returns the words of one module for each entry
-/// point; those of the exact variants are not optimised.
-pub fn run(shaders: &ShaderCrate, variant: Variant) -> Result<BTreeMap<String, Vec<u32>>> {
+/// The words of one module for each entry point, since drivers read the whole module for
+/// every pipeline.
+pub type Modules = BTreeMap<String, Vec<u32>>;
+
+/// Compiles a shader crate with rust-gpu. The modules of the exact variants are not optimised.
+pub fn run(shaders: &ShaderCrate, variant: Variant) -> Result<Modules> {
     let mut features = shaders.features.clone();
     features.extend(variant.features().iter().map(|name| name.to_string()));
     // What does not depend on features is compiled once.
