@@ -107,8 +107,8 @@ pub(super) struct HulledPrism {
     neighbours: [u32; 3],
     /// Points whose convex hull contains the prism, relative to its anchor.
     hull: [DVec3; 12],
-    /// Normals of the slabs that clip a ray: the facet's, and those of its sides.
-    axes: [DVec3; 4],
+    /// Slabs around the hull that clip a ray: along the facet, and along its sides.
+    slabs: [Slab; 4],
 }
 
 impl HulledPrism {
@@ -117,14 +117,16 @@ impl HulledPrism {
         let (cap, normal) = (cap_hull(data), normal_hull(data));
         let facet = DVec3::from(data.facet);
         let (b, c) = (cap[1], cap[2]);
+        let hull = std::array::from_fn(|i| match i {
+            0..6 => cap[i],
+            _ => cap[i - 6] - normal[i - 6] * depth,
+        });
+        let axes = [facet, facet.cross(b), facet.cross(c - b), facet.cross(-c)];
         HulledPrism {
             prism: Prism::new(data, depth),
             neighbours: data.neighbours,
-            hull: std::array::from_fn(|i| match i {
-                0..6 => cap[i],
-                _ => cap[i - 6] - normal[i - 6] * depth,
-            }),
-            axes: [facet, facet.cross(b), facet.cross(c - b), facet.cross(-c)],
+            hull,
+            slabs: axes.map(|axis| Slab::around(&hull, axis)),
         }
     }
 
@@ -198,48 +200,53 @@ impl HulledPrism {
     /// Returns the distances at which the ray from `origin` (relative to the anchor)
     /// enters and leaves a tight hull of the prism; the first is larger for a miss.
     fn clip(&self, origin: DVec3, direction: DVec3) -> (f64, f64) {
-        self.axes.into_iter().fold((0.0, FAR), |range, axis| {
-            slab(range, &self.hull, axis, origin, direction)
+        let slabs = self.slabs.iter();
+        slabs.fold((0.0, FAR), |range, slab| {
+            slab.clip(range, origin, direction)
         })
     }
 }
 
-/// Returns the minimum and maximum of p · `axis`.
-fn extent(points: &[DVec3; 12], axis: DVec3) -> (f64, f64) {
-    points
-        .iter()
-        .map(|point| point.dot(axis))
-        .fold((FAR, -FAR), |(low, high), at| (low.min(at), high.max(at)))
+/// The space between two parallel planes.
+struct Slab {
+    axis: DVec3,
+    /// The least and the largest p · `axis` in it.
+    low: f64,
+    high: f64,
 }
 
-/// Clips `range` to where the ray is between the extremes of `points` along
-/// `axis`, with a margin for rounding.
-fn slab(
-    range: (f64, f64),
-    points: &[DVec3; 12],
-    axis: DVec3,
-    origin: DVec3,
-    direction: DVec3,
-) -> (f64, f64) {
-    let (low, high) = extent(points, axis);
-    let margin = 1e-3 * (high - low);
-    let (low, high) = (low - margin, high + margin);
-    let at = origin.dot(axis);
-    let speed = direction.dot(axis);
-    if abs(speed) * FAR <= high - low {
-        // Parallel to the slab: always inside or always outside.
-        return if at >= low && at <= high {
-            range
-        } else {
-            (1.0, 0.0)
-        };
+impl Slab {
+    /// Returns the slab around `points`, with a margin for rounding.
+    fn around(points: &[DVec3; 12], axis: DVec3) -> Slab {
+        let along = points.iter().map(|point| point.dot(axis));
+        let (low, high) = along.fold((FAR, -FAR), |(low, high), at| (low.min(at), high.max(at)));
+        let margin = 1e-3 * (high - low);
+        Slab {
+            axis,
+            low: low - margin,
+            high: high + margin,
+        }
     }
-    let to_low = div(low - at, speed);
-    let to_high = div(high - at, speed);
-    (
-        max(range.0, min(to_low, to_high)),
-        min(range.1, max(to_low, to_high)),
-    )
+
+    /// Clips `range` to where the ray is in the slab.
+    fn clip(&self, range: (f64, f64), origin: DVec3, direction: DVec3) -> (f64, f64) {
+        let at = origin.dot(self.axis);
+        let speed = direction.dot(self.axis);
+        if abs(speed) * FAR <= self.high - self.low {
+            // Parallel to the slab: always inside or always outside.
+            return if at >= self.low && at <= self.high {
+                range
+            } else {
+                (1.0, 0.0)
+            };
+        }
+        let to_low = div(self.low - at, speed);
+        let to_high = div(self.high - at, speed);
+        (
+            max(range.0, min(to_low, to_high)),
+            min(range.1, max(to_low, to_high)),
+        )
+    }
 }
 
 /// Returns the smallest h > 0 where the quadratic c + v h + ½ a h² crosses zero
