@@ -15,7 +15,7 @@ use relievo_tests::{asset, scenes};
 use std::path::Path;
 use std::sync::LazyLock;
 
-const SIZE: [u32; 2] = [96, 72];
+const SIZE: [u32; 2] = [64, 48];
 
 /// A scene, and the triangles or prisms that each pixel's ray may hit.
 struct Prepared {
@@ -365,7 +365,7 @@ fn flushing_denormals_is_caught_where_the_value_contract_is_broken() {
     let flushed = with_mode(Mode::FlushToZero, || native::render(&tiny));
     let different = exact.different_words(&flushed);
     println!("{different} words differ");
-    assert!(different > 1000, "{different} words");
+    assert!(different > 500, "{different} words");
     // The audit reports it.
     assert!(!findings.is_empty());
 }
