@@ -11,7 +11,7 @@ use relievo_shared::layout::{
 };
 use relievo_shared::outline::{Rectangle, bounding_rectangle, prism_outline};
 use relievo_shared_variant::{Finding, Mode, audited, with_mode};
-use relievo_tests::{asset, scenes};
+use relievo_tests::{asset, is_long, scenes};
 use std::path::Path;
 use std::sync::LazyLock;
 
@@ -96,13 +96,16 @@ fn unlit(mut scene: Scene) -> Scene {
     scene
 }
 
-/// The scenes of `assets/`, without materials and lights, and with every path.
+/// The scenes of `assets/`, without materials and lights: as they are, and with other paths, of
+/// which each scene has two, and all of them if long tests are requested.
 static SCENES: LazyLock<Vec<Prepared>> = LazyLock::new(|| {
     let mut all = Vec::new();
-    for path in scenes() {
+    for (number, path) in scenes().into_iter().enumerate() {
         let load = || unlit(Scene::load(&path).unwrap());
         all.push(Prepared::new(&path, load()));
-        for (tier, search, self_shadow) in WAYS {
+        let ways = WAYS.into_iter().cycle().skip(2 * number);
+        let count = if is_long() { WAYS.len() } else { 2 };
+        for (tier, search, self_shadow) in ways.take(count) {
             let mut other = Prepared::with(&path, load(), &|parameters| {
                 *parameters = Object {
                     tier,
