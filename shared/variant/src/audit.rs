@@ -1,6 +1,7 @@
 //! Which operations leave the range of values that every device keeps.
 
 use crate::Site;
+use crate::mode::{set_audited, setting};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 
@@ -41,7 +42,6 @@ pub struct Finding {
 type Table = BTreeMap<(Site, Option<Site>, Problem), (u64, String)>;
 
 thread_local! {
-    static IS_ON: Cell<bool> = const { Cell::new(false) };
     static CALLER: Cell<Option<Site>> = const { Cell::new(None) };
     static TABLE: RefCell<Table> = const { RefCell::new(BTreeMap::new()) };
 }
@@ -51,9 +51,9 @@ thread_local! {
 /// [`crate::Mode::Exact`] it changes no result.
 pub fn audited<T>(work: impl FnOnce() -> T) -> (T, Vec<Finding>) {
     TABLE.take();
-    IS_ON.set(true);
+    set_audited(true);
     let result = work();
-    IS_ON.set(false);
+    set_audited(false);
     let findings = TABLE
         .take()
         .into_iter()
@@ -68,16 +68,10 @@ pub fn audited<T>(work: impl FnOnce() -> T) -> (T, Vec<Finding>) {
     (result, findings)
 }
 
-/// Whether operations are looked at.
-#[inline]
-pub(crate) fn is_on() -> bool {
-    IS_ON.get()
-}
-
 /// Calls `work` on behalf of `site`.
 #[inline]
 pub(crate) fn called_at<T>(site: Site, work: impl FnOnce() -> T) -> T {
-    if !is_on() {
+    if !setting().is_audited {
         return work();
     }
     let before = CALLER.replace(Some(site));

@@ -19,14 +19,42 @@ pub enum Mode {
     TowardZero,
 }
 
-thread_local! {
-    static MODE: Cell<Mode> = const { Cell::new(Mode::Exact) };
+/// What the operations of a thread do, which each of them reads.
+#[derive(Clone, Copy)]
+pub(crate) struct Setting {
+    pub mode: Mode,
+    /// Whether operations are looked at.
+    pub is_audited: bool,
 }
 
-/// The mode of this thread.
+thread_local! {
+    static SETTING: Cell<Setting> = const {
+        Cell::new(Setting {
+            mode: Mode::Exact,
+            is_audited: false,
+        })
+    };
+}
+
+/// The setting of this thread.
 #[inline]
-pub(crate) fn mode() -> Mode {
-    MODE.get()
+pub(crate) fn setting() -> Setting {
+    SETTING.get()
+}
+
+/// Lets operations of this thread be looked at, or not.
+pub(crate) fn set_audited(is_audited: bool) {
+    SETTING.set(Setting {
+        is_audited,
+        ..setting()
+    });
+}
+
+/// Changes the mode of this thread; returns the mode before.
+fn replace_mode(mode: Mode) -> Mode {
+    let before = setting();
+    SETTING.set(Setting { mode, ..before });
+    before.mode
 }
 
 /// Calls `work` in `mode`. Threads that it starts are in [`Mode::Exact`].
@@ -35,16 +63,20 @@ pub fn with_mode<T>(mode: Mode, work: impl FnOnce() -> T) -> T {
     struct Restore(Mode);
     impl Drop for Restore {
         fn drop(&mut self) {
-            MODE.set(self.0);
+            replace_mode(self.0);
         }
     }
-    let _restore = Restore(MODE.replace(mode));
+    let _restore = Restore(replace_mode(mode));
     work()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn mode() -> Mode {
+        setting().mode
+    }
 
     #[test]
     fn modes_nest_and_end() {

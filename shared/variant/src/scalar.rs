@@ -2,7 +2,7 @@
 
 use crate::Site;
 use crate::audit;
-use crate::mode::{Mode, mode};
+use crate::mode::{Mode, Setting, setting};
 
 /// An operation with two operands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +31,12 @@ pub enum Sum {
 /// `operation` on `a` and `b`.
 #[inline]
 pub fn binary(operation: Operation, a: f32, b: f32, site: Site) -> f32 {
-    let result = match mode() {
+    binary_in(setting(), operation, a, b, site)
+}
+
+#[inline]
+fn binary_in(setting: Setting, operation: Operation, a: f32, b: f32, site: Site) -> f32 {
+    let result = match setting.mode {
         Mode::Exact | Mode::Fused => plain(operation, a, b),
         Mode::FlushToZero => flushed(plain(operation, flushed(a), flushed(b))),
         Mode::DivisionOff(ulps) if operation == Operation::Divide => {
@@ -40,7 +45,7 @@ pub fn binary(operation: Operation, a: f32, b: f32, site: Site) -> f32 {
         Mode::DivisionOff(_) => plain(operation, a, b),
         Mode::TowardZero => toward_zero(operation, a, b),
     };
-    if audit::is_on() {
+    if setting.is_audited {
         let (name, is_narrow) = match operation {
             Operation::Add => ("add", false),
             Operation::Subtract => ("subtract", false),
@@ -55,25 +60,28 @@ pub fn binary(operation: Operation, a: f32, b: f32, site: Site) -> f32 {
 /// `a · b` and `c` summed up, fused where the mode says so.
 #[inline]
 pub fn multiply_add(sum: Sum, a: f32, b: f32, c: f32, site: Site) -> f32 {
-    if mode() == Mode::Fused {
+    let setting = setting();
+    if setting.mode == Mode::Fused {
         return match sum {
             Sum::Plus => a.mul_add(b, c),
             Sum::Minus => a.mul_add(b, -c),
             Sum::From => (-a).mul_add(b, c),
         };
     }
-    let product = binary(Operation::Multiply, a, b, site);
+    let binary = |operation, a, b| binary_in(setting, operation, a, b, site);
+    let product = binary(Operation::Multiply, a, b);
     match sum {
-        Sum::Plus => binary(Operation::Add, product, c, site),
-        Sum::Minus => binary(Operation::Subtract, product, c, site),
-        Sum::From => binary(Operation::Subtract, c, product, site),
+        Sum::Plus => binary(Operation::Add, product, c),
+        Sum::Minus => binary(Operation::Subtract, product, c),
+        Sum::From => binary(Operation::Subtract, c, product),
     }
 }
 
 /// √x.
 #[inline]
 pub fn sqrt(x: f32, site: Site) -> f32 {
-    let result = match mode() {
+    let setting = setting();
+    let result = match setting.mode {
         Mode::Exact | Mode::Fused => x.sqrt(),
         Mode::FlushToZero => flushed(flushed(x).sqrt()),
         Mode::DivisionOff(ulps) => moved(x.sqrt(), ulps, x.to_bits(), 0),
@@ -81,7 +89,7 @@ pub fn sqrt(x: f32, site: Site) -> f32 {
         // is not rounded up to a number of f32.
         Mode::TowardZero => truncated(f64::from(x).sqrt(), 0.0),
     };
-    if audit::is_on() {
+    if setting.is_audited {
         audit::look("sqrt", &[x], result, true, site);
     }
     result
