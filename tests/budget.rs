@@ -9,7 +9,7 @@ use relievo_tests::asset;
 use std::path::Path;
 
 const BUDGETS: [f64; 3] = [0.1, 0.5, 2.0];
-const SIZE: [u32; 2] = [80, 60];
+const SIZE: [u32; 2] = [112, 84];
 /// A series other than the one the model is fitted to.
 const SERIES: u64 = 3;
 

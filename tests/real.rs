@@ -389,7 +389,7 @@ fn every_mesh_is_carved_as_the_oracle_says() {
 #[test]
 fn budgets_hold_on_the_named_meshes() {
     for (promise, path) in named_meshes() {
-        let mut scene = scene(&path, Tier::Fast, 0, [96, 72]);
+        let mut scene = scene(&path, Tier::Fast, 0, [120, 90]);
         scene.objects[0].depth = promise.depth;
         let held = Study::of(scene).unwrap().hold(&[0.5, 2.0]).unwrap();
         for Held { plan, share_above } in &held {
