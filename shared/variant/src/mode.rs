@@ -19,7 +19,7 @@ pub enum Mode {
     TowardZero,
 }
 
-/// What the operations of a thread do, which each of them reads.
+/// What the operations of a thread do. Each operation reads it once.
 #[derive(Clone, Copy)]
 pub(crate) struct Setting {
     pub mode: Mode,

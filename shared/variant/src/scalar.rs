@@ -34,6 +34,7 @@ pub fn binary(operation: Operation, a: f32, b: f32, site: Site) -> f32 {
     binary_in(setting(), operation, a, b, site)
 }
 
+/// [`binary`] in a thread with this `setting`.
 #[inline]
 fn binary_in(setting: Setting, operation: Operation, a: f32, b: f32, site: Site) -> f32 {
     let result = match setting.mode {
