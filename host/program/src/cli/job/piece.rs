@@ -202,7 +202,8 @@ pub fn status(job: &Path) -> anyhow::Result<()> {
     let (times, missing) = opened.survey()?;
     say(format_args!("relievo {}", opened.job.words.join(" ")))?;
     say(format_args!("{}", opened.job.describe()))?;
-    let spent = duration(times.iter().sum());
+    // The sum of no numbers is −0.
+    let spent = duration(times.iter().sum::<f64>() + 0.0);
     if missing.is_empty() {
         return say(format_args!("all pieces are done, in {spent}"));
     }
