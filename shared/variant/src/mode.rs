@@ -23,7 +23,7 @@ pub enum Mode {
 #[derive(Clone, Copy)]
 pub(crate) struct Setting {
     pub mode: Mode,
-    /// Whether operations are looked at.
+    /// Whether operations are audited.
     pub is_audited: bool,
 }
 
@@ -42,7 +42,7 @@ pub(crate) fn setting() -> Setting {
     SETTING.get()
 }
 
-/// Lets operations of this thread be looked at, or not.
+/// Turns the audit of this thread's operations on or off.
 pub(crate) fn set_audited(is_audited: bool) {
     SETTING.set(Setting {
         is_audited,
