@@ -22,6 +22,8 @@
 use relievo_shared::exit::{self, Exit, KnownExit};
 use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, known};
 use relievo_shared::gbuffer::Hits;
+#[cfg(not(feature = "corrected"))]
+use relievo_shared::intersection::{Camera, intersect};
 use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
 use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
@@ -33,6 +35,8 @@ use relievo_shared::walk::PrismList;
 use relievo_shared::{camera, for_each_facet, for_each_search, gbuffer, trace};
 use spirv_std::arch::{IndexUnchecked, kill};
 use spirv_std::glam::{UVec2, UVec3, UVec4, Vec4, vec4};
+#[cfg(not(feature = "corrected"))]
+use spirv_std::glam::{Vec2, Vec3};
 use spirv_std::{Image, spirv};
 
 /// Texels in a storage buffer.
@@ -407,23 +411,72 @@ macro_rules! surface_entry_point {
     };
 }
 
-/// The four entry points of a search, for any object and for special ones.
+/// Defines an entry point that exports turn into a function: locations are its arguments, and the
+/// fields of its result. If `$facts` are given, it knows only objects for which they hold.
+macro_rules! hit_entry_point {
+    ($name:ident, $model:ident, $facet:ident $(, $facts:expr)?) => {
+        #[cfg(not(feature = "corrected"))]
+        #[doc = "Finds what a ray hits over a facet."]
+        #[spirv(fragment)]
+        pub fn $name(
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 1)] object: &Object,
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 2)] facets: &[$facet],
+            #[spirv(storage_buffer, descriptor_set = 0, binding = 3)] words: &[u32],
+            origin: Vec3,
+            direction: Vec3,
+            forward: Vec3,
+            right: Vec3,
+            down: Vec3,
+            near: f32,
+            #[spirv(flat)] facet: u32,
+            class: &mut u32,
+            t: &mut f32,
+            normal: &mut Vec3,
+            mesh_normal: &mut Vec3,
+            tangent: &mut Vec4,
+            uv: &mut Vec2,
+            uv_right: &mut Vec2,
+            uv_down: &mut Vec2,
+            depth_fraction: &mut f32,
+        ) {
+            let texels = TexelBuffer(words);
+            $(let object = &known::<{ $facts }>(object);)?
+            let over = $facet::over(facets, facet);
+            let frame = &Camera { forward, right, down, near }.frame(origin);
+            let ray = Ray { frame, object, direction };
+            let found = intersect::<$model, _, _>(&ray, &over, &texels);
+            *class = found.class;
+            *t = found.t;
+            *normal = found.normal;
+            *mesh_normal = found.mesh_normal;
+            *tangent = found.tangent.extend(found.handedness);
+            *uv = found.uv;
+            *uv_right = found.uv_right;
+            *uv_down = found.uv_down;
+            *depth_fraction = found.depth_fraction;
+        }
+    };
+}
+
+/// The entry points of a search, for any object and for special ones.
 macro_rules! fragment_entry_points {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident $surface:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident;)* })*) => {$(
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {$(
         color_entry_point!($color, $model, $facet, false $(, $given)?);
         color_entry_point!($shadow, $model, $facet, true $(, $given)?);
         geometry_entry_point!($geometry, $model, $facet $(, $given)?);
         surface_entry_point!($surface, $model, $facet $(, $given)?);
+        hit_entry_point!($hit, $model, $facet $(, $given)?);
         $(
             // The object is copied to registers; the compiler removes unused fields.
             color_entry_point!($special_color, $special, $special_facet, false, $facts);
             color_entry_point!($special_shadow, $special, $special_facet, true, $facts);
             geometry_entry_point!($special_geometry, $special, $special_facet, $facts);
             surface_entry_point!($special_surface, $special, $special_facet, $facts);
+            hit_entry_point!($special_hit, $special, $special_facet, $facts);
         )*
     )*};
 }

@@ -51,6 +51,17 @@ impl Exits for KnownExit {
     }
 }
 
+/// No exits: where nobody has looked for them.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct NoExits;
+
+impl Exits for NoExits {
+    #[inline]
+    fn words(&self) -> UVec4 {
+        UVec4::ZERO
+    }
+}
+
 /// The bits of the facet's depth that hold the object's number instead.
 const NUMBER: u32 = 0xff;
 /// The bits of h that are kept.

@@ -11,14 +11,14 @@
 //! Normal and tangent are unit vectors in world axes, in octahedral form. The tangent is the
 //! direction of growing u on caps and floors, and runs along the outline on walls and bevels.
 
-use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
-use crate::contract::check3;
+use crate::arithmetic::{abs, clamp, div, kept3, max, normalize_or, sqrt};
 use crate::edge::{self, Edge};
 use crate::layout::vec3;
 use crate::model::{Model, Place, Ray, Traced};
-use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL, HitSurface};
+use crate::normals::{CLASS_CAP, HitSurface};
 use crate::openness::openness;
 use crate::shape_map::{ShapeMap, Texels};
+use crate::tangent::TangentFrame;
 use crate::trace::{normals_on, word};
 use crate::{Real, Vec2, Vec3};
 use glam::UVec4;
@@ -141,35 +141,12 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     let hit = &traced.hit;
     let surface = M::surface(ray, over, entry, &traced.place);
     let normals = normals_on(ray, texels, hit, &surface);
-    let (gradient_u, gradient_v) = surface.gradients();
-    let is_side = hit.class == CLASS_WALL || hit.class == CLASS_BEVEL;
-    let smooth = normals.smooth;
-    let along_u = kept3(gradient_u - smooth * smooth.dot(gradient_u));
-    let outline = kept3(smooth.cross(normals.carved));
-    // Where a side faces as the cap does, it has no outline.
-    let is_side = is_side && outline.dot(outline) > 1e-6;
-    let rate_u = kept(gradient_u.dot(outline));
-    let rate_v = kept(gradient_v.dot(outline));
-    let is_along_v = is_side && abs(rate_v) > abs(rate_u);
-    let tangent = if !is_side {
-        along_u
-    } else if (if is_along_v { rate_v } else { rate_u }) < 0.0 {
-        -outline
-    } else {
-        outline
-    };
-    let tangent = normalize_or(tangent, Vec3::X);
-    let bitangent = normals.carved.cross(tangent);
-    let towards = if is_side {
-        -bitangent.dot(smooth)
-    } else {
-        kept(bitangent.dot(kept3(gradient_v)))
-    };
-    check3(tangent);
+    let gradients = surface.gradients();
+    let tangent_frame = TangentFrame::new(hit.class, &normals, gradients);
     let [x, y, z] = frame.axes;
     let in_world = |v: Vec3| vec3(x) * v.x + vec3(y) * v.y + vec3(z) * v.z;
     let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
-    let across = kept3(gradient_u);
+    let across = kept3(gradients.0);
     let knows_edges = object.finish & KNOWS_EDGES != 0;
     let (mut distance, mut gradient) = (0.0, Vec2::ZERO);
     if knows_edges || hit.class != CLASS_CAP {
@@ -180,7 +157,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     let density = sqrt(across.dot(across));
     let open = openness(object, texels, hit, distance, gradient, density);
     let (edge_distance, edge_direction) = if knows_edges {
-        let slopes = [gradient_u, gradient_v];
+        let slopes = [gradients.0, gradients.1];
         edge::codes(ray, hit, &normals, distance, gradient, slopes)
     } else {
         (edge::FAR_AWAY, 0)
@@ -195,13 +172,13 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     );
     let surface = UVec4::new(
         hit.class
-            | flag(towards < 0.0, MIRRORED)
-            | flag(is_along_v, ALONG_V)
+            | flag(tangent_frame.is_mirrored, MIRRORED)
+            | flag(tangent_frame.is_along_v, ALONG_V)
             | (object.finish & FINISH.1) << FINISH.0
             | edge_distance << EDGE
             | ((clamp(open, 0.0, 1.0) * OPENNESS.1 + 0.5) as u32) << OPENNESS.0,
         octahedral(in_world(normals.carved)),
-        octahedral(in_world(tangent)),
+        octahedral(in_world(tangent_frame.tangent)),
         traced.place.facet(drawn) | edge_direction << EDGE_DIRECTION,
     );
     (place, surface)

@@ -30,6 +30,8 @@
 //! normals       hit → surface class and normal
 //! shadow        hit → lit or not
 //! light         normal → colour
+//! tangent       hit → tangent frame
+//! intersection  a ray of an engine → hit
 //! gbuffer       hit → words, for materials and lights
 //! openness      hit → how much of the sky it sees
 //! shading       words → colour: what a scene with materials or lights needs
@@ -95,6 +97,8 @@ pub mod facts;
 #[cfg(not(feature = "double"))]
 pub mod gbuffer;
 #[cfg(not(feature = "double"))]
+pub mod intersection;
+#[cfg(not(feature = "double"))]
 pub mod kernels;
 pub mod layout;
 pub mod light;
@@ -114,6 +118,8 @@ pub mod shading;
 pub mod shadow;
 pub mod shape_map;
 pub mod surface;
+#[cfg(not(feature = "double"))]
+pub mod tangent;
 pub mod techniques;
 pub mod trace;
 pub mod walk;

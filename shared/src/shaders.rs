@@ -8,14 +8,15 @@ use crate::layout::SEARCH_RELIEF;
 /// Calls the macro `$with`, after the tokens `$before`, with every search:
 ///
 /// ```text
-/// SEARCH_ constant: model over facets given FACT draws color shadow geometry surface
+/// SEARCH_ constant: model over facets given FACT draws color shadow geometry surface hit
 ///     tiers { /// doc
 ///             Name TIER_ constant "name" steps bisections; … }
-///     special { facts => model over facets draws color shadow geometry surface; … }
+///     special { facts => model over facets draws color shadow geometry surface hit; … }
 /// ```
 ///
 /// `color`, `shadow` (colour with self-shadows), `geometry` and `surface` (the G-buffer)
-/// are fragment entry points for any object of the search; if FACT is given, it must hold for the object.
+/// are fragment entry points for any object of the search; `hit` is the entry point that exports
+/// turn into a function. If FACT is given, it must hold for the object.
 /// Those of `special` contain only the code for objects for which the
 /// `facts` hold (see [`facts`](crate::facts)), most facts first. Callers import the
 /// names that they use: constants of `layout` and `facts`, models of `model`.
@@ -24,7 +25,7 @@ macro_rules! for_each_search {
     ($with:ident $($before:tt)*) => {
         $with! { $($before)*
             SEARCH_EXTRUSION: Quadric over Triangle
-                draws color_extrusion color_extrusion_shadow geometry_extrusion surface_extrusion
+                draws color_extrusion color_extrusion_shadow geometry_extrusion surface_extrusion hit_extrusion
                 tiers {
                     /// Flat: extrusion mapping without silhouettes.
                     Planar TIER_PLANAR "planar" 96 8;
@@ -33,36 +34,36 @@ macro_rules! for_each_search {
                 }
                 special {
                     PLANAR | UPRIGHT | CODES => Flat over PlanarTriangle
-                        draws color_planar color_planar_shadow geometry_planar surface_planar;
+                        draws color_planar color_planar_shadow geometry_planar surface_planar hit_planar;
                     PLANAR | STRAIGHT | CODES => Flat over PlanarTriangle
-                        draws color_planar_growing color_planar_growing_shadow geometry_planar_growing surface_planar_growing;
+                        draws color_planar_growing color_planar_growing_shadow geometry_planar_growing surface_planar_growing hit_planar_growing;
                     CURVED | UPRIGHT | CODES => Quadric over Triangle
-                        draws color_curved color_curved_shadow geometry_curved surface_curved;
+                        draws color_curved color_curved_shadow geometry_curved surface_curved hit_curved;
                     CURVED | STRAIGHT | CODES => Quadric over Triangle
-                        draws color_curved_growing color_curved_growing_shadow geometry_curved_growing surface_curved_growing;
+                        draws color_curved_growing color_curved_growing_shadow geometry_curved_growing surface_curved_growing hit_curved_growing;
                     STRAIGHT => Quadric over Triangle
-                        draws color_straight color_straight_shadow geometry_straight surface_straight;
+                        draws color_straight color_straight_shadow geometry_straight surface_straight hit_straight;
                 }
             SEARCH_RELIEF: Relief over Triangle given STRAIGHT
-                draws color_relief color_relief_shadow geometry_relief surface_relief
+                draws color_relief color_relief_shadow geometry_relief surface_relief hit_relief
                 tiers {}
                 special {}
             SEARCH_PAPER: Paper over Triangle given STRAIGHT
-                draws color_paper color_paper_shadow geometry_paper surface_paper
+                draws color_paper color_paper_shadow geometry_paper surface_paper hit_paper
                 tiers {
                     /// The paper's algorithms as printed, mistakes included.
                     Paper TIER_PAPER "paper" 25 5;
                 }
                 special {}
             SEARCH_PRISMS: Prisms over PrismData
-                draws color_prisms color_prisms_shadow geometry_prisms surface_prisms
+                draws color_prisms color_prisms_shadow geometry_prisms surface_prisms hit_prisms
                 tiers {
                     /// From prism to prism through the shell: no holes.
                     Accurate TIER_ACCURATE "accurate" 256 10;
                 }
                 special {
                     STRAIGHT => Prisms over PrismData
-                        draws color_prisms_straight color_prisms_straight_shadow geometry_prisms_straight surface_prisms_straight;
+                        draws color_prisms_straight color_prisms_straight_shadow geometry_prisms_straight surface_prisms_straight hit_prisms_straight;
                 }
         }
     };
@@ -97,7 +98,7 @@ pub struct TierRow {
 
 macro_rules! tier_rows {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident $surface:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($(#[$doc:meta])* $tier:ident $code:ident $name:literal $steps:literal $bisections:literal;)* }
         special { $($special:tt)* })*) => {
         /// Every tier, in the order of the list.

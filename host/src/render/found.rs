@@ -69,7 +69,7 @@ fn find<M: Model<Over>, Over>(
 /// One type for the hits of all models of the list.
 macro_rules! found {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident $surface:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
         special { $($special:tt)* })*) => {
         /// A hit with the data to shade it.

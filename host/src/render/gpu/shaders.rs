@@ -24,15 +24,27 @@ macro_rules! files {
 macro_rules! renderer {
     ($folder:literal [$($more:ident)*]
         $($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident $surface:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident;)* })*) => {
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
         files!($folder: place outlines outlines_planar outlines_prisms outlines_exits exits
             screen shade shade_edges
             $($more)*
             $($color $shadow $geometry $surface
                 $($special_color $special_shadow $special_geometry $special_surface)*)*)
+    };
+}
+
+/// The shaders that exports turn into functions.
+#[cfg(not(target_arch = "wasm32"))]
+macro_rules! hits {
+    ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
+        tiers { $($tiers:tt)* }
+        special { $($facts:expr => $special:ident over $special_facet:ident
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
+        files!("relievo_fast": $($hit $($special_hit)*)*)
     };
 }
 
@@ -56,6 +68,8 @@ static FUSED: Files = for_each_search!(renderer "relievo_fused" []);
 // With the vertex shaders of exports.
 static FAST: Files = for_each_search!(renderer "relievo_fast" [vertex vertex_planar vertex_prisms]);
 #[cfg(not(target_arch = "wasm32"))]
+static HITS: Files = for_each_search!(hits);
+#[cfg(not(target_arch = "wasm32"))]
 static KERNELS: (Files, Files, Files) = relievo_shared::for_each_kernel!(kernel_files);
 #[cfg(not(target_arch = "wasm32"))]
 static CANARY_KERNELS: (Files, Files, Files) = for_each_canary!(kernel_files);
@@ -65,6 +79,8 @@ static CANARY_KERNELS: (Files, Files, Files) = for_each_canary!(kernel_files);
 static EXACT: Files = &[];
 #[cfg(target_arch = "wasm32")]
 static FUSED: Files = &[];
+#[cfg(target_arch = "wasm32")]
+static HITS: Files = &[];
 #[cfg(target_arch = "wasm32")]
 static KERNELS: (Files, Files, Files) = (&[], &[], &[]);
 #[cfg(target_arch = "wasm32")]
@@ -149,6 +165,14 @@ impl Shaders {
     /// As [`Shaders::module`].
     pub fn kernels(self) -> Result<Module, RenderError> {
         self.choose(KERNELS)
+    }
+
+    /// The shaders that exports turn into functions, for every backend of wgpu.
+    ///
+    /// # Errors
+    /// As [`Shaders::module`].
+    pub(crate) fn hits() -> Result<Module, RenderError> {
+        Ok(Module::portable(HITS)?)
     }
 
     fn choose(self, (exact, fused, fast): (Files, Files, Files)) -> Result<Module, RenderError> {
@@ -295,6 +319,8 @@ pub struct EntryPoints {
     pub geometry: &'static str,
     /// Draws its part of the G-buffer.
     pub surface: &'static str,
+    /// Finds what a ray hits, in exports.
+    pub hit: &'static str,
     /// Whether both ask for the exits of rays, a picture that must be bound.
     pub asks_for_exits: bool,
 }
@@ -338,16 +364,17 @@ struct Special {
     shadow: &'static str,
     geometry: &'static str,
     surface: &'static str,
+    hit: &'static str,
     asks_for_exits: bool,
 }
 
 /// A [`Special`] for each pair of a search and facts, most facts first.
 macro_rules! special {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident $surface:ident
+        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
         special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident;)* })*) => {
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
         &[$(
             $(Special {
                 search: $search,
@@ -357,6 +384,7 @@ macro_rules! special {
                 shadow: stringify!($special_shadow),
                 geometry: stringify!($special_geometry),
                 surface: stringify!($special_surface),
+                hit: stringify!($special_hit),
                 asks_for_exits: asks_for_exits!($special),
             },)*
             Special {
@@ -367,6 +395,7 @@ macro_rules! special {
                 shadow: stringify!($shadow),
                 geometry: stringify!($geometry),
                 surface: stringify!($surface),
+                hit: stringify!($hit),
                 asks_for_exits: asks_for_exits!($model),
             },
         )*]
@@ -399,6 +428,7 @@ impl EntryPoints {
             },
             geometry: special.geometry,
             surface: special.surface,
+            hit: special.hit,
             asks_for_exits: special.asks_for_exits,
         }
     }
