@@ -99,7 +99,7 @@ pub fn exported(scene: &PreparedScene, target: Target, output: Output) -> Vec<Ve
     let options = Options {
         targets: vec![target],
         output,
-        object: None,
+        ..Options::default()
     };
     let files = export(scene, &options).unwrap();
     if scene.objects.len() == 1 {

@@ -3,6 +3,7 @@
 
 mod bindings;
 mod cases;
+mod hit;
 #[allow(dead_code, reason = "its other users need the rest")]
 mod opengl;
 mod tools;

@@ -11,7 +11,7 @@ use relievo_tests::lacking;
 const SURFACELESS: egl::Enum = 0x31dd;
 
 /// OpenGL, current on this thread.
-fn open() -> Result<glow::Context, String> {
+pub fn open() -> Result<glow::Context, String> {
     let explain = |error: &dyn std::fmt::Display| error.to_string();
     // SAFETY: the system's EGL library is trusted.
     let egl = unsafe { egl::DynamicInstance::<egl::EGL1_5>::load_required() }
@@ -57,12 +57,13 @@ fn open() -> Result<glow::Context, String> {
 }
 
 /// Draws `objects` and reads the target: four words per pixel, rows from the
-/// top.
-fn draw(
+/// top. `fragment` returns the fragment shader of an object's files.
+pub fn draw(
     gl: &glow::Context,
     scene: &PreparedScene,
     objects: &[Vec<ExportedFile>],
     output: Output,
+    fragment: impl Fn(&[ExportedFile]) -> String,
 ) -> Vec<[u32; 4]> {
     let [width, height] = scene.size.map(|side| side as i32);
     let mut bytes = vec![0; 16 * (width * height) as usize];
@@ -76,7 +77,7 @@ fn draw(
             texture
         };
         let (format, read_format, kind) = match output {
-            Output::Color => (glow::RGBA32F, glow::RGBA, glow::FLOAT),
+            Output::Color | Output::Hit => (glow::RGBA32F, glow::RGBA, glow::FLOAT),
             Output::Words => (glow::RGBA32UI, glow::RGBA_INTEGER, glow::UNSIGNED_INT),
         };
         let framebuffer = gl.create_framebuffer().unwrap();
@@ -93,7 +94,7 @@ fn draw(
         assert_eq!(status, glow::FRAMEBUFFER_COMPLETE);
         gl.viewport(0, 0, width, height);
         match output {
-            Output::Color => {
+            Output::Color | Output::Hit => {
                 let [r, g, b] = scene.background;
                 gl.clear_buffer_f32_slice(glow::COLOR, 0, &[r, g, b, 1.0]);
             }
@@ -106,15 +107,15 @@ fn draw(
         gl.bind_vertex_array(Some(nothing));
         for files in objects {
             let program = gl.create_program().unwrap();
-            for (name, stage) in [
-                ("vertex.vert", glow::VERTEX_SHADER),
-                ("fragment.frag", glow::FRAGMENT_SHADER),
+            for (source, stage) in [
+                (text(files, "vertex.vert"), glow::VERTEX_SHADER),
+                (fragment(files), glow::FRAGMENT_SHADER),
             ] {
                 let shader = gl.create_shader(stage).unwrap();
-                gl.shader_source(shader, std::str::from_utf8(file(files, name)).unwrap());
+                gl.shader_source(shader, &source);
                 gl.compile_shader(shader);
                 let is_right = gl.get_shader_compile_status(shader);
-                assert!(is_right, "{name}: {}", gl.get_shader_info_log(shader));
+                assert!(is_right, "{}", gl.get_shader_info_log(shader));
                 gl.attach_shader(program, shader);
             }
             gl.link_program(program);
@@ -143,6 +144,11 @@ fn draw(
         .collect()
 }
 
+/// A file of text.
+pub fn text(files: &[ExportedFile], name: &str) -> String {
+    String::from_utf8(file(files, name).to_vec()).unwrap()
+}
+
 /// Every shader, and several objects with one depth buffer, match the CPU's
 /// picture.
 #[test]
@@ -158,7 +164,9 @@ fn glsl_draws_our_picture() {
     for case in cases() {
         let [colors, words] = [Output::Color, Output::Words].map(|output| {
             let objects = exported(&case.scene, Target::Glsl, output);
-            draw(&gl, &case.scene, &objects, output)
+            draw(&gl, &case.scene, &objects, output, |files| {
+                text(files, "fragment.frag")
+            })
         });
         let difference = Difference::of(&case.scene, &colors, &words);
         eprintln!("{}: {difference:?}", case.name);

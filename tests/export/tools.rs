@@ -105,12 +105,12 @@ fn reads_wgsl(files: &[ExportedFile], name: &str) {
     }
 }
 
-/// Each shader in each language, with both outputs.
+/// Each shader in each language, with every output.
 #[test]
 fn the_tools_of_each_language_accept_every_shader() {
     let mut missing: Vec<&Tool> = Vec::new();
     for case in cases().iter().filter(|case| case.scene.objects.len() == 1) {
-        for output in [Output::Color, Output::Words] {
+        for output in [Output::Color, Output::Words, Output::Hit] {
             let options = Options {
                 output,
                 ..Options::default()

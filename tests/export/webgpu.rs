@@ -8,17 +8,24 @@ use relievo_tests::{every_adapter, lacking};
 use std::process::Command;
 
 /// The vertex and the fragment shader of an object's files.
-type Load<'a> = &'a dyn Fn(&Device, &[ExportedFile]) -> [wgpu::ShaderModule; 2];
+pub type Load<'a> = &'a dyn Fn(&Device, &[ExportedFile]) -> [wgpu::ShaderModule; 2];
 
 /// WGSL, unchanged.
-fn wgsl(device: &Device, files: &[ExportedFile]) -> [wgpu::ShaderModule; 2] {
+pub fn wgsl(device: &Device, files: &[ExportedFile]) -> [wgpu::ShaderModule; 2] {
     ["vertex.wgsl", "fragment.wgsl"].map(|name| {
         let text = String::from_utf8(file(files, name).to_vec()).unwrap();
-        let source = wgpu::ShaderSource::Wgsl(text.into());
-        let label = Some(name);
-        let descriptor = wgpu::ShaderModuleDescriptor { label, source };
-        device.wgpu().create_shader_module(descriptor)
+        parsed(device, text)
     })
+}
+
+/// A shader in WGSL.
+pub fn parsed(device: &Device, text: String) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderSource::Wgsl(text.into());
+    let descriptor = wgpu::ShaderModuleDescriptor {
+        label: None,
+        source,
+    };
+    device.wgpu().create_shader_module(descriptor)
 }
 
 /// SPIR-V, unchanged.
@@ -60,18 +67,20 @@ fn hlsl(device: &Device, files: &[ExportedFile]) -> [wgpu::ShaderModule; 2] {
 }
 
 /// Draws `objects` and reads the target: four words per pixel, rows from the
-/// top.
-fn draw(
+/// top. If a prepass is given, this entry point writes depths first, and only fragments with the same
+/// ones are drawn.
+pub fn draw(
     device: &Device,
     scene: &PreparedScene,
     objects: &[Vec<ExportedFile>],
     output: Output,
     load: Load<'_>,
+    prepass: Option<&str>,
 ) -> Vec<[u32; 4]> {
     let (gpu, queue) = (device.wgpu(), device.queue());
     let [width, height] = scene.size;
     let (format, clear) = match output {
-        Output::Color => {
+        Output::Color | Output::Hit => {
             let [r, g, b] = scene.background.map(f64::from);
             (
                 wgpu::TextureFormat::Rgba32Float,
@@ -135,33 +144,48 @@ fn draw(
         .iter()
         .map(|files| {
             let [vertex, fragment] = load(device, files);
-            let pipeline = gpu.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-                label: None,
-                layout: Some(&pipeline_layout),
-                vertex: wgpu::VertexState {
-                    module: &vertex,
-                    entry_point: Some("vs_main"),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    buffers: &[],
-                },
-                primitive: wgpu::PrimitiveState::default(),
-                depth_stencil: Some(wgpu::DepthStencilState {
-                    format: wgpu::TextureFormat::Depth32Float,
-                    depth_write_enabled: Some(true),
-                    depth_compare: Some(wgpu::CompareFunction::Greater),
-                    stencil: wgpu::StencilState::default(),
-                    bias: wgpu::DepthBiasState::default(),
-                }),
-                multisample: wgpu::MultisampleState::default(),
-                fragment: Some(wgpu::FragmentState {
-                    module: &fragment,
-                    entry_point: Some("fs_main"),
-                    compilation_options: wgpu::PipelineCompilationOptions::default(),
-                    targets: &[Some(format.into())],
-                }),
-                multiview_mask: None,
-                cache: None,
-            });
+            let pipeline = |entry_point, compare, write_mask| {
+                gpu.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+                    label: None,
+                    layout: Some(&pipeline_layout),
+                    vertex: wgpu::VertexState {
+                        module: &vertex,
+                        entry_point: Some("vs_main"),
+                        compilation_options: wgpu::PipelineCompilationOptions::default(),
+                        buffers: &[],
+                    },
+                    primitive: wgpu::PrimitiveState::default(),
+                    depth_stencil: Some(wgpu::DepthStencilState {
+                        format: wgpu::TextureFormat::Depth32Float,
+                        depth_write_enabled: Some(true),
+                        depth_compare: Some(compare),
+                        stencil: wgpu::StencilState::default(),
+                        bias: wgpu::DepthBiasState::default(),
+                    }),
+                    multisample: wgpu::MultisampleState::default(),
+                    fragment: Some(wgpu::FragmentState {
+                        module: &fragment,
+                        entry_point: Some(entry_point),
+                        compilation_options: wgpu::PipelineCompilationOptions::default(),
+                        targets: &[Some(wgpu::ColorTargetState {
+                            format,
+                            blend: None,
+                            write_mask,
+                        })],
+                    }),
+                    multiview_mask: None,
+                    cache: None,
+                })
+            };
+            let (greater, equal) = (wgpu::CompareFunction::Greater, wgpu::CompareFunction::Equal);
+            let all = wgpu::ColorWrites::ALL;
+            let pipelines = match prepass {
+                Some(name) => vec![
+                    pipeline(name, greater, wgpu::ColorWrites::empty()),
+                    pipeline("fs_main", equal, all),
+                ],
+                None => vec![pipeline("fs_main", greater, all)],
+            };
             let buffers = ["frame.bin", "object.bin", "facets.bin", "map.bin"]
                 .map(|name| buffer(file(files, name), wgpu::BufferUsages::STORAGE));
             let entries: Vec<_> = (0..)
@@ -177,7 +201,7 @@ fn draw(
                 entries: &entries,
             });
             let count = buffer(file(files, "draw.bin"), wgpu::BufferUsages::INDIRECT);
-            (pipeline, group, count)
+            (pipelines, group, count)
         })
         .collect();
 
@@ -215,10 +239,12 @@ fn draw(
             }),
             ..wgpu::RenderPassDescriptor::default()
         });
-        for (pipeline, group, count) in &drawn {
-            pass.set_pipeline(pipeline);
-            pass.set_bind_group(0, group, &[]);
-            pass.draw_indirect(count, 0);
+        for index in 0..=usize::from(prepass.is_some()) {
+            for (pipelines, group, count) in &drawn {
+                pass.set_pipeline(&pipelines[index]);
+                pass.set_bind_group(0, group, &[]);
+                pass.draw_indirect(count, 0);
+            }
         }
     }
     encoder.copy_texture_to_buffer(
@@ -256,7 +282,7 @@ fn gpu_exports_draw_our_picture() {
     for case in cases() {
         let picture = |target, output, load| {
             let objects = exported(&case.scene, target, output);
-            draw(&device, &case.scene, &objects, output, load)
+            draw(&device, &case.scene, &objects, output, load, None)
         };
         let words = picture(Target::Wgsl, Output::Words, &wgsl);
         let mut forms: Vec<(Target, Load<'_>)> = vec![(Target::Wgsl, &wgsl)];

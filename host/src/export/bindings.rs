@@ -1,11 +1,11 @@
 //! Writes the bindings of an exported object as JSON and as Rust.
 
 use super::files::{DRAW_FILE, ShaderFile};
-use super::layout::{Binding, Element, Struct, bindings, structs};
-use super::shader::METAL_SIZES;
-use super::target::Output;
+use super::layout::{Binding, Element, Struct, structs};
+use super::{Options, Output};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::gpu::EntryPoints;
+use relievo_translate::METAL_SIZES;
 use serde::Serialize;
 
 /// Version of `layout.json`.
@@ -149,9 +149,12 @@ pub(super) fn json(
     scene: &PreparedScene,
     object: &PreparedObject,
     entry_points: EntryPoints,
-    output: Output,
+    options: &Options,
     shaders: &[ShaderFile],
 ) -> String {
+    let Options {
+        output, interface, ..
+    } = options;
     let facets = entry_points.facets;
     let structs = structs(facets);
     let entry = |binding: Binding| Entry {
@@ -175,7 +178,7 @@ pub(super) fn json(
         generator: concat!("relievo ", env!("CARGO_PKG_VERSION")),
         object: &object.name,
         vertex_shader: entry_points.vertex,
-        fragment_shader: entry_points.color,
+        fragment_shader: output.source(entry_points),
         output: output.name(),
         shaders: shaders
             .iter()
@@ -187,8 +190,8 @@ pub(super) fn json(
             })
             .collect(),
         bind_groups: [Group {
-            group: 0,
-            entries: bindings(facets).map(entry).into(),
+            group: interface.group,
+            entries: interface.bindings(facets).map(entry).into(),
         }],
         draw: Draw {
             topology: "triangle-list",
@@ -196,7 +199,7 @@ pub(super) fn json(
             indexed: false,
             vertices: 3 * object.triangles.len() as u32,
             instances: 1,
-            vertices_per_facet: 6,
+            vertices_per_facet: 3,
             indirect: DRAW_FILE,
         },
         pipeline: Pipeline {
@@ -206,7 +209,7 @@ pub(super) fn json(
                 blend: "none",
                 about: output.about(),
                 clear: match output {
-                    Output::Color => [red, green, blue, 1.0],
+                    Output::Color | Output::Hit => [red, green, blue, 1.0],
                     Output::Words => [0.0; 4],
                 },
             }],
@@ -227,7 +230,7 @@ pub(super) fn json(
             origin: scene.origin.to_array(),
         },
         metal: Metal {
-            first_buffer: 0,
+            first_buffer: interface.first_slot(),
             sizes_buffer: METAL_SIZES,
         },
         structs: structs.iter().map(describe).collect(),
@@ -260,7 +263,11 @@ fn describe(described: &Struct) -> StructJson {
 
 /// Writes `bindings.rs`: the structs, and constants for a wgpu pipeline. It depends
 /// on the kind of facets only, so that one program draws all objects of that kind.
-pub(super) fn rust(entry_points: EntryPoints, output: Output) -> String {
+pub(super) fn rust(entry_points: EntryPoints, options: &Options) -> String {
+    let Options {
+        output, interface, ..
+    } = options;
+    let bindings = interface.bindings(entry_points.facets);
     let facets = entry_points.facets;
     let mut text = String::from(
         "//! The structs that the exported shaders read, and constants for a pipeline.\n\
@@ -276,21 +283,24 @@ pub(super) fn rust(entry_points: EntryPoints, output: Output) -> String {
     put("/// Entry point of the fragment shader (in GLSL: main).");
     put("pub const FRAGMENT: &str = \"fs_main\";");
     put("/// Number of vertices to draw per facet, without vertex or index buffers.");
-    put("pub const VERTICES_PER_FACET: u32 = 6;");
+    put("pub const VERTICES_PER_FACET: u32 = 3;");
     put(
         "/// Format of the depth buffer: compare `Greater`, clear to 0, written by the fragment shader.",
     );
     put("pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;");
     put("/// Format of a target that keeps the fragment shader's output exactly.");
     let format = match output {
-        Output::Color => "Rgba32Float",
+        Output::Color | Output::Hit => "Rgba32Float",
         Output::Words => "Rgba32Uint",
     };
     put(&format!(
         "pub const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::{format};"
     ));
-    put("/// Files with the contents of the buffers of group 0, in the order of their bindings.");
-    let files = bindings(facets).map(|binding| format!("{:?}", binding.file));
+    put(&format!(
+        "/// Files with the contents of the buffers of group {}, in the order of their bindings.",
+        interface.group
+    ));
+    let files = bindings.map(|binding| format!("{:?}", binding.file));
     put(&format!(
         "pub const BUFFERS: [&str; 4] = [{}];",
         files.join(", ")
@@ -312,13 +322,19 @@ pub(super) fn rust(entry_points: EntryPoints, output: Output) -> String {
         put("}");
     }
     put("");
-    put("/// Makes the layout of group 0: four read-only storage buffers.");
+    put(&format!(
+        "/// Makes the layout of group {}: four read-only storage buffers.",
+        interface.group
+    ));
     put("pub fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {");
     put("    let both = wgpu::ShaderStages::VERTEX_FRAGMENT;");
     put("    let stages = [both, both, both, wgpu::ShaderStages::FRAGMENT];");
-    put("    let entries = [0, 1, 2, 3].map(|binding| wgpu::BindGroupLayoutEntry {");
-    put("        binding,");
-    put("        visibility: stages[binding as usize],");
+    put("    let entries = [0, 1, 2, 3].map(|index| wgpu::BindGroupLayoutEntry {");
+    put(&match interface.first_binding {
+        0 => "        binding: index,".to_string(),
+        first => format!("        binding: {first} + index,"),
+    });
+    put("        visibility: stages[index as usize],");
     put("        ty: wgpu::BindingType::Buffer {");
     put("            ty: wgpu::BufferBindingType::Storage { read_only: true },");
     put("            has_dynamic_offset: false,");

@@ -28,6 +28,12 @@ pub enum ExportError {
         /// The reason.
         message: String,
     },
+    /// Names or bindings that not every language takes.
+    #[error("{message}")]
+    Interface {
+        /// The reason and the remedy.
+        message: String,
+    },
     /// The mesh cannot be written as a file.
     #[error("object {object:?}: its mesh cannot be written as glTF: {message}")]
     Mesh {

@@ -22,6 +22,8 @@
 mod bindings;
 mod error;
 mod files;
+mod hit;
+mod interface;
 mod layout;
 mod mesh;
 mod readme;
@@ -38,6 +40,7 @@ use shader::translate;
 use target::{Stage, file_name};
 
 pub use error::ExportError;
+pub use interface::Interface;
 pub use relievo_translate::Target;
 pub use target::Output;
 
@@ -50,6 +53,8 @@ pub struct Options {
     pub output: Output,
     /// Export only the objects with this name.
     pub object: Option<String>,
+    /// Bindings, and the names of [`Output::Hit`].
+    pub interface: Interface,
 }
 
 impl Default for Options {
@@ -59,6 +64,7 @@ impl Default for Options {
             targets: Target::ALL.to_vec(),
             output: Output::Color,
             object: None,
+            interface: Interface::default(),
         }
     }
 }
@@ -86,16 +92,22 @@ struct Sources {
     /// The module that Relievo's renderer gives to Vulkan, for SPIR-V with
     /// [`Output::Words`].
     untouched: Option<Module>,
+    /// What [`Output::Hit`] turns into functions.
+    hits: Option<Module>,
 }
 
 impl Sources {
     fn of(options: &Options) -> Result<Sources, RenderError> {
-        let needs_untouched =
-            options.output == Output::Words && options.targets.contains(&Target::Spirv);
+        let needs_untouched = options.output == Output::Words
+            && options.targets.contains(&Target::Spirv)
+            && options.interface == Interface::default();
         Ok(Sources {
             portable: Shaders::Portable.module()?,
             untouched: needs_untouched
                 .then(|| Shaders::Fast.module())
+                .transpose()?,
+            hits: (options.output == Output::Hit)
+                .then(Shaders::hits)
                 .transpose()?,
         })
     }
@@ -133,6 +145,7 @@ pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFi
             known: known.join(", "),
         });
     }
+    options.interface.check()?;
     let sources = Sources::of(options)?;
     if let [object] = objects.as_slice() {
         return export_object(scene, object, options, &sources);
@@ -189,29 +202,50 @@ fn export_object(
     let mut targets = options.targets.clone();
     targets.sort();
     targets.dedup();
+    let function = sources
+        .hits
+        .as_ref()
+        .map(|hits| write_function(object, entry_points, hits, &options.interface))
+        .transpose()?;
     for target in targets {
-        for stage in [Stage::Vertex, Stage::Fragment] {
-            let shader =
-                write_shader(object, entry_points, stage, options.output, target, sources)?;
-            let file = file_name(target, stage);
-            files.push(ExportedFile {
-                name: file.clone(),
-                bytes: shader.bytes,
-            });
+        let mut add = |stage: Stage, name: &str, shader: Written| {
+            let file = file_name(target, stage, name);
             shaders.push(ShaderFile {
-                file,
+                file: file.clone(),
                 target,
                 stage,
                 entry_point: shader.entry_point,
             });
+            files.push(ExportedFile {
+                name: file,
+                bytes: shader.bytes,
+            });
+        };
+        let shader = |stage| write_shader(object, entry_points, stage, options, target, sources);
+        add(Stage::Vertex, Stage::Vertex.name(), shader(Stage::Vertex)?);
+        let Some(function) = &function else {
+            add(
+                Stage::Fragment,
+                Stage::Fragment.name(),
+                shader(Stage::Fragment)?,
+            );
+            continue;
+        };
+        let failed = |message| shader_error(object, entry_points.hit, target, message);
+        for picture in &hit::PICTURES {
+            let written =
+                hit::picture(function, picture, target, &options.interface).map_err(failed)?;
+            add(Stage::Fragment, picture.file, written);
+        }
+        if let Some(text) =
+            hit::in_language(function, target, &options.interface).map_err(failed)?
+        {
+            files.push(self::text(&hit::file_name(target), text));
         }
     }
-    let json = bindings::json(scene, object, entry_points, options.output, &shaders);
+    let json = bindings::json(scene, object, entry_points, options, &shaders);
     files.push(text("layout.json", json));
-    files.push(text(
-        "bindings.rs",
-        bindings::rust(entry_points, options.output),
-    ));
+    files.push(text("bindings.rs", bindings::rust(entry_points, options)));
     let draw = [3 * object.triangles.len() as u32, 1, 0, 0];
     let frame = object.frame(&scene.frame);
     let buffers: [(&str, &[u8]); 5] = [
@@ -239,9 +273,44 @@ fn export_object(
     });
     files.push(text(
         readme::FILE,
-        readme::object(scene, object, entry_points, options.output, &shaders),
+        readme::object(scene, object, entry_points, options, &shaders),
     ));
     Ok(files)
+}
+
+/// Why a shader is not there.
+const NOT_BUILT_IN: &str = "it is not built in";
+
+/// Returns the error for a shader that cannot be translated.
+fn shader_error(
+    object: &PreparedObject,
+    shader: &'static str,
+    target: Target,
+    message: String,
+) -> ExportError {
+    ExportError::Shader {
+        object: object.name.clone(),
+        shader,
+        target,
+        message,
+    }
+}
+
+/// Returns the function that finds what a ray hits on an object, in WGSL.
+fn write_function(
+    object: &PreparedObject,
+    entry_points: EntryPoints,
+    hits: &Module,
+    interface: &Interface,
+) -> Result<String, ExportError> {
+    let name = entry_points.hit;
+    let failed = |message| shader_error(object, name, Target::Wgsl, message);
+    let words = hits
+        .spirv(name)
+        .ok_or_else(|| failed(NOT_BUILT_IN.to_string()))?;
+    let bindings = layout::bindings(entry_points.facets);
+    let structs = layout::structs(entry_points.facets);
+    hit::function(&words, &bindings, &structs, interface).map_err(failed)
 }
 
 /// Translates one stage of an object's shaders to one language.
@@ -249,29 +318,30 @@ fn write_shader(
     object: &PreparedObject,
     entry_points: EntryPoints,
     stage: Stage,
-    output: Output,
+    options: &Options,
     target: Target,
     sources: &Sources,
 ) -> Result<Written, ExportError> {
+    let Options {
+        output, interface, ..
+    } = options;
     let name = match stage {
         Stage::Vertex => entry_points.vertex,
         Stage::Fragment => entry_points.color,
     };
     // Exports have no picture of exits, and are translated without.
     let asks_for_exits = stage == Stage::Fragment && entry_points.asks_for_exits;
-    let failed = |message: String| ExportError::Shader {
-        object: object.name.clone(),
-        shader: name,
-        target,
-        message,
-    };
-    let missing = || failed("it is not built in".to_string());
+    let failed = |message| shader_error(object, name, target, message);
+    let missing = || failed(NOT_BUILT_IN.to_string());
     // Validates the portable module even if the untouched one, compiled from the
     // same source, is written.
     let words = sources.portable.spirv(name).ok_or_else(missing)?;
     let bindings = layout::bindings(entry_points.facets);
     let structs = layout::structs(entry_points.facets);
-    let written = translate(&words, stage, &bindings, &structs, output, target).map_err(failed)?;
+    let written = translate(
+        &words, stage, &bindings, &structs, *output, target, interface,
+    )
+    .map_err(failed)?;
     let Some(untouched) = sources
         .untouched
         .as_ref()

@@ -1,13 +1,15 @@
 //! Writes the README of an export: its files, bindings and how to draw it.
 
 use super::files::{DRAW_FILE, ShaderFile, map_file};
-use super::layout::{Binding, bindings};
-use super::shader::METAL_SIZES;
-use super::target::{Output, Stage};
+use super::hit;
+use super::interface::Interface;
+use super::layout::Binding;
+use super::target::Stage;
+use super::{Options, Output};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::gpu::EntryPoints;
 use relievo_shared::layout::{TIER_ACCURATE, TIER_FAST, TIER_PLANAR};
-use relievo_translate::Target;
+use relievo_translate::{METAL_SIZES, Target};
 
 /// Name of the file.
 pub(super) const FILE: &str = "README.md";
@@ -42,9 +44,12 @@ pub(super) fn object(
     scene: &PreparedScene,
     object: &PreparedObject,
     entry_points: EntryPoints,
-    output: Output,
+    options: &Options,
     shaders: &[ShaderFile],
 ) -> String {
+    let Options {
+        output, interface, ..
+    } = options;
     let [width, height] = scene.size;
     let tier = match object.parameters.tier {
         TIER_PLANAR => "planar",
@@ -56,7 +61,7 @@ pub(super) fn object(
         "# {}\n\nWritten by `relievo export`: an object whose pattern is carved in its fragment shader,\nand all data that the shader reads. Tier: `{tier}`. The shaders are Relievo's `{}`\nand `{}`, compiled for the features of this object. Their licence is\nMIT OR Apache-2.0, at your choice.\n\n## Files\n\n| file | |\n|---|---|\n",
         plain(&object.name),
         entry_points.vertex,
-        entry_points.color,
+        output.source(entry_points),
     );
     for shader in shaders {
         text += &format!(
@@ -67,7 +72,20 @@ pub(super) fn object(
             shader.entry_point
         );
     }
-    let all = bindings(entry_points.facets);
+    if *output == Output::Hit {
+        let targets = Target::ALL.iter().filter(|target| {
+            **target != Target::Spirv && shaders.iter().any(|shader| shader.target == **target)
+        });
+        for target in targets {
+            text += &format!(
+                "| `{}` | the function `{}` in {}, to include in your own shaders |\n",
+                hit::file_name(*target),
+                interface.value("hit"),
+                language(*target)
+            );
+        }
+    }
+    let all = interface.bindings(entry_points.facets);
     for binding in &all {
         text += &format!(
             "| `{}` | contents of binding {} |\n",
@@ -87,7 +105,12 @@ pub(super) fn object(
         map.storage(),
     );
 
-    text += "## Bind\n\nGroup (set, space) 0 has four read-only storage buffers, little-endian, without padding:\n\n| binding | name | contents | stages | bytes in this export |\n|---|---|---|---|---|\n";
+    text += &format!(
+        "## Bind\n\nGroup (set, space) {} has four read-only storage buffers, little-endian, without padding:\n\n",
+        interface.group
+    );
+    text +=
+        "| binding | name | contents | stages | bytes in this export |\n|---|---|---|---|---|\n";
     let sizes = [
         size_of_val(&scene.frame),
         size_of_val(&object.parameters),
@@ -119,7 +142,7 @@ pub(super) fn object(
         );
     }
     let clear = match output {
-        Output::Color => {
+        Output::Color | Output::Hit => {
             let [red, green, blue] = scene.background;
             format!("the scene's background, linear: {red}, {green}, {blue}")
         }
@@ -141,6 +164,9 @@ pub(super) fn object(
         output.about(),
     );
 
+    if *output == Output::Hit {
+        text += &hit_section(interface);
+    }
     let [x, y, z] = scene.origin.to_array();
     text += &format!(
         "## Another camera\n\n\
@@ -170,10 +196,34 @@ pub(super) fn object(
                 .find(|shader| shader.target == target && shader.stage == stage)
         };
         if let (Some(_), Some(fragment)) = (of_target(Stage::Vertex), of_target(Stage::Fragment)) {
-            text += &format!("* **{}**: {}\n", language(target), notes(target, fragment));
+            text += &format!(
+                "* **{}**: {}\n",
+                language(target),
+                notes(target, fragment, interface)
+            );
         }
     }
     text
+}
+
+/// Writes the section on the function that finds hits.
+fn hit_section(interface: &Interface) -> String {
+    let (function, first) = (interface.value("hit"), interface.first_binding);
+    let mut text = format!(
+        "## The hit\n\n`{0}` finds what a ray hits in the shell over one facet; call it for each pixel of the\nfacet's outline, as `fragment`, `depth` and `geometry` do. It reads bindings {1} to {2}. Positions and\ndirections are in object space. It neither discards nor asks for derivatives, so it may be called\nin any stage and in any branch. In Metal the three buffers are further arguments. SPIR-V has no\nincludes, and only the shaders that call it.\n\n| argument of `{0}` | |\n|---|---|\n",
+        function,
+        first + 1,
+        first + 3
+    );
+    let row =
+        |described: &hit::Described| format!("| `{}` | {} |\n", described.name, described.meaning);
+    text.extend(hit::ARGUMENTS.iter().map(row));
+    text += &format!(
+        "\n| field of `{}` | |\n|---|---|\n",
+        interface.type_name("Hit")
+    );
+    text.extend(hit::FIELDS.iter().map(row));
+    text + "\n"
 }
 
 /// Formats names as a list in code style.
@@ -194,12 +244,18 @@ fn language(target: Target) -> &'static str {
 }
 
 /// Returns notes on how to use the shaders of a language.
-fn notes(target: Target, fragment: &ShaderFile) -> String {
+fn notes(target: Target, fragment: &ShaderFile, interface: &Interface) -> String {
+    let Interface {
+        group,
+        first_binding,
+        ..
+    } = *interface;
+    let last = first_binding + 3;
     match target {
-        Target::Spirv => "for Vulkan 1.1 or newer. y points up in vertex positions: use a viewport with a negative height (`y = height`, `height = -height`). Descriptor set 0, storage buffers.".to_string(),
+        Target::Spirv => format!("for Vulkan 1.1 or newer. y points up in vertex positions: use a viewport with a negative height (`y = height`, `height = -height`). Descriptor set {group}, storage buffers."),
         Target::Wgsl => "for native programs and browsers; uses no optional features. The device must allow 4 storage buffers per stage.".to_string(),
-        Target::Glsl => "link both files to one program. `glBindBufferBase(GL_SHADER_STORAGE_BUFFER, binding, …)`, `glDepthFunc(GL_GREATER)`, an empty vertex array object, `glDrawArrays(GL_TRIANGLES, 0, …)`. The picture is upright as usual in OpenGL, its first row at the bottom. The depth written is the window depth, with OpenGL's default range of 0 to 1.".to_string(),
-        Target::Hlsl => format!("`ByteAddressBuffer`s at `t0` to `t3`, space 0. `fxc /T ps_5_1 /E {0}` or `dxc -T ps_6_0 -E {0}`, and likewise the vertex shader.", fragment.entry_point),
-        Target::Msl => format!("buffers 0 to 3 of both stages. Buffer {METAL_SIZES} (array sizes) is declared but never read: bind any 16 bytes."),
+        Target::Glsl => format!("link both files to one program. `glBindBufferBase(GL_SHADER_STORAGE_BUFFER, slot, …)`, the first at slot {}, `glDepthFunc(GL_GREATER)`, an empty vertex array object, `glDrawArrays(GL_TRIANGLES, 0, …)`. The picture is upright as usual in OpenGL, its first row at the bottom. The depth written is the window depth, with OpenGL's default range of 0 to 1.", interface.first_slot()),
+        Target::Hlsl => format!("`ByteAddressBuffer`s at `t{first_binding}` to `t{last}`, space {group}. `fxc /T ps_5_1 /E {0}` or `dxc -T ps_6_0 -E {0}`, and likewise the vertex shader.", fragment.entry_point),
+        Target::Msl => format!("buffers {} to {} of both stages. Buffer {METAL_SIZES} (array sizes) is declared but never read: bind any 16 bytes.", interface.first_slot(), interface.first_slot() + 3),
     }
 }

@@ -1,6 +1,7 @@
 //! Translates an object's shaders to a shading language with naga: reads SPIR-V, names
 //! its variables, and adapts it to language and output.
 
+use super::interface::Interface;
 use super::layout::{Binding, Element, Struct};
 use super::target::{Output, Stage};
 use naga::{
@@ -9,10 +10,7 @@ use naga::{
     VectorSize,
 };
 use relievo_translate::portable;
-use relievo_translate::{Target, Written, finish};
-
-/// Metal's slot of the buffer sizes, which naga declares but nothing reads.
-pub(super) const METAL_SIZES: u8 = 4;
+use relievo_translate::{METAL_SIZES, Target, Written, finish};
 
 /// Replaces the picture of exits by zeros, which say that no exit is known.
 fn remove_exits(module: &mut Module) {
@@ -89,6 +87,7 @@ pub(super) fn translate(
     structs: &[Struct],
     output: Output,
     target: Target,
+    interface: &Interface,
 ) -> Result<Written, String> {
     let mut module = portable::read(words)?;
     remove_exits(&mut module);
@@ -109,12 +108,17 @@ pub(super) fn translate(
                 .ok_or("its pixel position is read in an unknown form")?;
         }
     }
+    interface.place(&mut module);
     finish(&mut module, target, METAL_SIZES)
 }
 
 /// Names the buffers, structs and fields, which have no names in the SPIR-V. Fails if
 /// a field has another type or offset than in the table.
-fn name(module: &mut Module, bindings: &[Binding], structs: &[Struct]) -> Result<(), String> {
+pub(super) fn name(
+    module: &mut Module,
+    bindings: &[Binding],
+    structs: &[Struct],
+) -> Result<(), String> {
     for binding in bindings {
         let wanted = ResourceBinding {
             group: 0,

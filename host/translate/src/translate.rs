@@ -28,7 +28,7 @@ const GLSL: u16 = 450;
 /// Version of SPIR-V, that of Vulkan 1.1.
 const SPIRV: (u8, u8) = (1, 3);
 /// Slots of a group in GLSL and Metal, which have no groups.
-const GROUP: u32 = 16;
+pub const GROUP: u32 = 16;
 /// Metal's last slot of buffers, for the sizes of the others.
 pub const METAL_SIZES: u8 = 30;
 

@@ -7,7 +7,7 @@ pub const VERTEX: &str = "vs_main";
 /// Entry point of the fragment shader (in GLSL: main).
 pub const FRAGMENT: &str = "fs_main";
 /// Number of vertices to draw per facet, without vertex or index buffers.
-pub const VERTICES_PER_FACET: u32 = 6;
+pub const VERTICES_PER_FACET: u32 = 3;
 /// Format of the depth buffer: compare `Greater`, clear to 0, written by the fragment shader.
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Format of a target that keeps the fragment shader's output exactly.
@@ -165,9 +165,9 @@ pub struct PlanarTriangle {
 pub fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
     let stages = [both, both, both, wgpu::ShaderStages::FRAGMENT];
-    let entries = [0, 1, 2, 3].map(|binding| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: stages[binding as usize],
+    let entries = [0, 1, 2, 3].map(|index| wgpu::BindGroupLayoutEntry {
+        binding: index,
+        visibility: stages[index as usize],
         ty: wgpu::BindingType::Buffer {
             ty: wgpu::BufferBindingType::Storage { read_only: true },
             has_dynamic_offset: false,

@@ -6,7 +6,7 @@ use super::say;
 use super::session::{Loaded, inputs, load, say_plans};
 use clap::{Args, ValueEnum};
 use relievo::Error;
-use relievo::export::{ExportedFile, Options, Output, Target, contents, export};
+use relievo::export::{ExportedFile, Interface, Options, Output, Target, contents, export};
 use relievo::file::write_folder;
 use relievo::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -33,6 +33,8 @@ pub enum Written {
     Color,
     /// The bits of linear RGB and the class, as integers; the SPIR-V is Relievo's own, unchanged
     Words,
+    /// What a ray hits, as a function for shaders of your own, and shaders that call it
+    Hit,
 }
 
 #[derive(Args)]
@@ -54,6 +56,15 @@ pub struct ExportArguments {
     /// Output of the fragment shaders
     #[arg(long = "write", value_enum, value_name = "WHAT", default_value_t = Written::Color)]
     write: Written,
+    /// Start of the names that --write hit gives: NAME_hit
+    #[arg(long, value_name = "NAME", default_value = "relievo")]
+    prefix: String,
+    /// Group (set, space) of the buffers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    group: u32,
+    /// Binding of the first of the four buffers
+    #[arg(long, value_name = "N", default_value_t = 0)]
+    first_binding: u32,
     /// Size of the picture instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -73,8 +84,14 @@ pub fn run(arguments: &ExportArguments) -> anyhow::Result<()> {
         output: match arguments.write {
             Written::Color => Output::Color,
             Written::Words => Output::Words,
+            Written::Hit => Output::Hit,
         },
         object: arguments.object.clone(),
+        interface: Interface {
+            prefix: arguments.prefix.clone(),
+            group: arguments.group,
+            first_binding: arguments.first_binding,
+        },
     };
     let files = export(prepared, &options).map_err(Error::from)?;
     let folder = &arguments.output;
