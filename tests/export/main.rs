@@ -4,6 +4,7 @@
 mod bindings;
 mod cases;
 mod hit;
+mod hull;
 #[allow(dead_code, reason = "its other users need the rest")]
 mod opengl;
 mod tools;

@@ -1,12 +1,14 @@
 //! Writes the bindings of an exported object as JSON and as Rust.
 
 use super::files::{DRAW_FILE, ShaderFile};
+use super::hull::{self, Hull};
 use super::layout::{Binding, Element, Struct, structs};
 use super::{Options, Output};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::render::gpu::EntryPoints;
 use relievo_translate::METAL_SIZES;
 use serde::Serialize;
+use std::mem::offset_of;
 
 /// Version of `layout.json`.
 const FORMAT: u32 = 1;
@@ -25,6 +27,9 @@ struct Layout<'a> {
     bind_groups: [Group; 1],
     structs: Vec<StructJson>,
     draw: Draw,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    hull: Option<HullJson>,
+    placement: PlacementJson,
     pipeline: Pipeline,
     picture: Picture,
     metal: Metal,
@@ -90,6 +95,83 @@ struct Draw {
     indirect: &'static str,
 }
 
+/// Vertex and index buffers for engines that draw the facets' hulls.
+#[derive(Serialize)]
+struct HullJson {
+    topology: &'static str,
+    /// Faces turned towards the camera are left out.
+    cull: &'static str,
+    front_face: &'static str,
+    vertices: HullBuffer,
+    stride: usize,
+    attributes: [HullAttribute; 3],
+    indices: HullBuffer,
+    index_format: &'static str,
+}
+
+#[derive(Serialize)]
+struct HullBuffer {
+    file: &'static str,
+    count: usize,
+}
+
+#[derive(Serialize)]
+struct HullAttribute {
+    name: &'static str,
+    format: &'static str,
+    offset: usize,
+    about: &'static str,
+}
+
+impl HullJson {
+    fn of(hull: &Hull) -> HullJson {
+        HullJson {
+            topology: "triangle-list",
+            cull: "front",
+            front_face: "ccw",
+            vertices: HullBuffer {
+                file: hull::VERTICES_FILE,
+                count: hull.vertices.len(),
+            },
+            stride: size_of::<hull::Vertex>(),
+            attributes: [
+                HullAttribute {
+                    name: "position",
+                    format: "float32x3",
+                    offset: offset_of!(hull::Vertex, position),
+                    about: "object units",
+                },
+                HullAttribute {
+                    name: "outward",
+                    format: "float32x3",
+                    offset: offset_of!(hull::Vertex, outward),
+                    about: "position + s outward moves the faces out by s object units",
+                },
+                HullAttribute {
+                    name: "facet",
+                    format: "uint32",
+                    offset: offset_of!(hull::Vertex, facet),
+                    about: "index of the facet",
+                },
+            ],
+            indices: HullBuffer {
+                file: hull::INDICES_FILE,
+                count: hull.indices.len(),
+            },
+            index_format: "uint32",
+        }
+    }
+}
+
+/// From the object's space to the scene's world.
+#[derive(Serialize)]
+struct PlacementJson {
+    translation: [f64; 3],
+    /// x, y, z, w.
+    rotation: [f64; 4],
+    scale: f64,
+}
+
 #[derive(Serialize)]
 struct Pipeline {
     targets: [TargetJson; 1],
@@ -151,11 +233,13 @@ pub(super) fn json(
     entry_points: EntryPoints,
     options: &Options,
     shaders: &[ShaderFile],
+    hull: Option<&Hull>,
 ) -> String {
     let Options {
         output, interface, ..
     } = options;
     let facets = entry_points.facets;
+    let placement = object.placement.unwrap_or_default();
     let structs = structs(facets);
     let entry = |binding: Binding| Entry {
         binding: binding.number,
@@ -201,6 +285,12 @@ pub(super) fn json(
             instances: 1,
             vertices_per_facet: 3,
             indirect: DRAW_FILE,
+        },
+        hull: hull.map(HullJson::of),
+        placement: PlacementJson {
+            translation: (scene.origin + placement.translation).to_array(),
+            rotation: placement.rotation.to_array(),
+            scale: placement.scale,
         },
         pipeline: Pipeline {
             targets: [TargetJson {

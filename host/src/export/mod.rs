@@ -23,6 +23,7 @@ mod bindings;
 mod error;
 mod files;
 mod hit;
+mod hull;
 mod interface;
 mod layout;
 mod mesh;
@@ -243,7 +244,19 @@ fn export_object(
             files.push(self::text(&hit::file_name(target), text));
         }
     }
-    let json = bindings::json(scene, object, entry_points, options, &shaders);
+    let hull = (options.output == Output::Hit).then(|| hull::hull(object, entry_points.facets));
+    if let Some(hull) = &hull {
+        let buffers: [(&str, &[u8]); 2] = [
+            (hull::VERTICES_FILE, bytemuck::cast_slice(&hull.vertices)),
+            (hull::INDICES_FILE, bytemuck::cast_slice(&hull.indices)),
+        ];
+        files.extend(buffers.map(|(name, bytes)| ExportedFile {
+            name: name.to_string(),
+            bytes: bytes.to_vec(),
+        }));
+    }
+    let hull = hull.as_ref();
+    let json = bindings::json(scene, object, entry_points, options, &shaders, hull);
     files.push(text("layout.json", json));
     files.push(text("bindings.rs", bindings::rust(entry_points, options)));
     let draw = [3 * object.triangles.len() as u32, 1, 0, 0];

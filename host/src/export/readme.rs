@@ -2,6 +2,7 @@
 
 use super::files::{DRAW_FILE, ShaderFile, map_file};
 use super::hit;
+use super::hull::{INDICES_FILE, VERTICES_FILE};
 use super::interface::Interface;
 use super::layout::Binding;
 use super::target::Stage;
@@ -90,6 +91,11 @@ pub(super) fn object(
         text += &format!(
             "| `{}` | contents of binding {} |\n",
             binding.file, binding.number
+        );
+    }
+    if *output == Output::Hit {
+        text += &format!(
+            "| `{VERTICES_FILE}`, `{INDICES_FILE}` | vertices and indices of hulls around the facets, for engines with vertex buffers |\n"
         );
     }
     let map = &object.map;
@@ -223,7 +229,13 @@ fn hit_section(interface: &Interface) -> String {
         interface.type_name("Hit")
     );
     text.extend(hit::FIELDS.iter().map(row));
-    text + "\n"
+    text + "\n### Vertex buffers\n\n\
+        `vertex` needs the camera in `frame`. An engine that has its own vertex stage draws the hulls of the\n\
+        facets instead, with any camera: perspective, orthographic, or that of a shadow map. Of their faces\n\
+        draw those that are turned away (cull mode `front`, counterclockwise faces are front). Add `outward` times\n\
+        the width of a pixel at the vertex (object units) to `position`: then pixels and samples at the\n\
+        edges are covered, whatever the device's rules. `layout.json` describes the vertices. Multiply depth and\n\
+        position of the hit with the engine's matrices.\n\n"
 }
 
 /// Formats names as a list in code style.
