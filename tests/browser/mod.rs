@@ -68,7 +68,7 @@ pub fn built() -> Option<PathBuf> {
 }
 
 /// Debian's Chromium, or another by that name.
-fn chromium() -> Option<PathBuf> {
+pub fn chromium() -> Option<PathBuf> {
     let folders = std::env::var_os("PATH")?;
     let mut names = std::env::split_paths(&folders).flat_map(|folder| {
         ["chromium", "chromium-browser", "google-chrome"].map(|name| folder.join(name))
@@ -189,6 +189,13 @@ impl Page {
         done.value.unwrap_or(Value::Null)
     }
 
+    /// Runs the body of an asynchronous function and returns its value.
+    pub fn run_async(&self, body: &str) -> Value {
+        let script = format!("(async () => {{ {body} }})()");
+        let done = self.tab.evaluate(&script, true).expect("the script runs");
+        done.value.unwrap_or(Value::Null)
+    }
+
     /// Returns the page's probe.
     pub fn probe(&self) -> Value {
         let told = self
@@ -210,6 +217,15 @@ impl Page {
                 start.elapsed() < PATIENCE,
                 "waited for {what} in vain: {told}"
             );
+            std::thread::sleep(Duration::from_millis(50));
+        }
+    }
+
+    /// Waits until an expression of the page is true.
+    pub fn wait_for(&self, what: &str, expression: &str) {
+        let start = Instant::now();
+        while self.run(expression) != true {
+            assert!(start.elapsed() < PATIENCE, "waited for {what} in vain");
             std::thread::sleep(Duration::from_millis(50));
         }
     }
