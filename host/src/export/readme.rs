@@ -234,8 +234,8 @@ fn hit_section(interface: &Interface) -> String {
         facets instead, with any camera: perspective, orthographic, or that of a shadow map. Of their faces\n\
         draw those that are turned away (cull mode `front`, counterclockwise faces are front). Add `outward` times\n\
         the width of a pixel at the vertex (object units) to `position`: then pixels and samples at the\n\
-        edges are covered, whatever the device's rules. `layout.json` describes the vertices. Multiply depth and\n\
-        position of the hit with the engine's matrices.\n\n"
+        edges are covered, whatever the device's rules. `layout.json` describes the vertices. The hit is at `origin + t\n\
+        direction`: write its depth, by the engine's matrices.\n\n"
 }
 
 /// Formats names as a list in code style.
