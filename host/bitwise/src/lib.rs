@@ -50,7 +50,6 @@ pub mod generate;
 mod interface;
 #[cfg(test)]
 mod loops;
-mod memory_model;
 pub mod module;
 pub mod picture;
 pub mod runner;

@@ -7,9 +7,9 @@
 //! assert!(error.to_string().contains("10 bytes are not whole words"));
 //! ```
 
-use crate::{Device, DeviceError, memory_model};
+use crate::{Device, DeviceError};
 use relievo_translate::spirv::{HEADER, MAGIC, instructions, literal, opcode};
-use relievo_translate::{constants, portable};
+use relievo_translate::{constants, memory_model, portable};
 use std::borrow::Cow;
 use std::sync::Arc;
 

@@ -2,10 +2,11 @@
 //! shading languages.
 //!
 //! [`portable`] reads SPIR-V and rewrites the loops that naga translates wrongly;
-//! [`constants`] sets specialization constants;
+//! [`constants`] sets specialization constants; [`memory_model`] replaces the memory model;
 //! `translate` (feature `export`) writes WGSL, GLSL, HLSL, Metal and SPIR-V.
 
 pub mod constants;
+pub mod memory_model;
 pub mod portable;
 pub mod spirv;
 #[cfg(feature = "export")]

@@ -6,7 +6,7 @@
 //! the module is invalid. A module that uses nothing of that model has the same
 //! meaning in the GLSL450 model, which needs no feature.
 
-use relievo_translate::spirv::{HEADER, instructions, literal, opcode};
+use crate::spirv::{HEADER, instructions, literal, opcode};
 use std::borrow::Cow;
 
 const OP_EXTENSION: u32 = 10;
@@ -24,7 +24,7 @@ const EXTENSION: &str = "SPV_KHR_vulkan_memory_model";
 
 /// Returns the words of a module, with the GLSL450 memory model in place of the
 /// Vulkan one if nothing in the module needs the latter.
-pub(crate) fn plain(words: &[u32]) -> Cow<'_, [u32]> {
+pub fn plain(words: &[u32]) -> Cow<'_, [u32]> {
     let declares = instructions(words).any(|instruction| {
         opcode(instruction) == OP_MEMORY_MODEL && matches!(instruction, [_, _, VULKAN])
     });
