@@ -9,7 +9,7 @@
 //! assert!(error.to_string().contains("none.toml"));
 //! ```
 
-#[cfg(feature = "gpu")]
+#[cfg(feature = "export")]
 use crate::export::ExportError;
 use crate::file::WriteError;
 use crate::limits::LimitError;
@@ -50,7 +50,7 @@ pub enum Error {
     #[error(transparent)]
     Render(#[from] RenderError),
     /// An object could not be exported.
-    #[cfg(feature = "gpu")]
+    #[cfg(feature = "export")]
     #[error(transparent)]
     Export(#[from] ExportError),
     /// A file could not be written.

@@ -25,7 +25,8 @@
 use crate::budget::{FAST, PLANAR, Plan};
 use crate::prepare::{PreparedLighting, PreparedObject, PreparedScene};
 use crate::render::RenderError;
-use crate::render::gpu::{EntryPoints, Extent, Memory, Module, Pictures, Shaders, shade_of};
+use crate::render::gpu::{Memory, Module, Pictures, Shaders, shade_of};
+use crate::shaders::{EntryPoints, Extent};
 use relievo_shaders::Compiled;
 use relievo_shared::layout::{
     FORMAT_CODES, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,

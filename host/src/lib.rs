@@ -15,6 +15,7 @@
 //! budget     scene with an error budget → the cheapest data that keeps it
 //! render     data → words of a picture, on the CPU or on a GPU, by the same code
 //! picture    words → PNG        aov  words → OpenEXR
+//! shaders    the compiled shaders that draw an object
 //! export     data → shaders in other languages, and what they read
 //! overlay    the polygon mesh over a picture
 //! oracle     reference hits in f64 → errors of a picture
@@ -28,7 +29,7 @@ pub mod budget;
 pub mod error;
 #[cfg(feature = "gpu")]
 pub mod explain;
-#[cfg(feature = "gpu")]
+#[cfg(feature = "export")]
 pub mod export;
 pub mod file;
 pub mod files;
@@ -43,6 +44,8 @@ pub mod prepare;
 pub mod prism;
 pub mod render;
 pub mod scene;
+#[cfg(feature = "export")]
+pub mod shaders;
 pub mod shape_map;
 mod srgb;
 pub mod tone;

@@ -5,7 +5,7 @@ use super::hull::{self, Hull};
 use super::layout::{Binding, Element, Struct, structs};
 use super::{Options, Output};
 use crate::prepare::{PreparedObject, PreparedScene};
-use crate::render::gpu::EntryPoints;
+use crate::shaders::EntryPoints;
 use relievo_translate::METAL_SIZES;
 use serde::Serialize;
 use std::mem::offset_of;

@@ -1,6 +1,5 @@
 //! Errors of an export.
 
-use crate::render::RenderError;
 use relievo_translate::Target;
 
 /// An error of an export.
@@ -50,7 +49,4 @@ pub enum ExportError {
         /// The reason.
         message: String,
     },
-    /// The compiled shaders cannot be read.
-    #[error(transparent)]
-    Render(#[from] RenderError),
 }

@@ -2,7 +2,7 @@
 
 use super::ExportError;
 use super::layout::{Binding, bindings};
-use crate::render::gpu::Facets;
+use crate::shaders::Facets;
 use naga::{Module, ResourceBinding, Type, TypeInner};
 use relievo_translate::GROUP;
 

@@ -1,7 +1,7 @@
 //! Describes the structs that shaders read. The JSON, the Rust and the names in the
 //! shaders are generated from this one table. Offsets are the compiler's.
 
-use crate::render::gpu::Facets;
+use crate::shaders::Facets;
 use relievo_shared::layout;
 use std::mem::{offset_of, size_of};
 

@@ -32,11 +32,9 @@ mod shader;
 mod target;
 
 use crate::prepare::{PreparedObject, PreparedScene};
-use crate::render::RenderError;
-use crate::render::gpu::{EntryPoints, Extent, Shaders, facet_bytes};
+use crate::shaders::{EntryPoints, Extent, FAST, HITS, facet_bytes, words};
 use files::{DRAW_FILE, ShaderFile, map_file};
-use relievo_bitwise::Module;
-use relievo_translate::{Written, spirv_bytes};
+use relievo_translate::{Written, memory_model, spirv_bytes};
 use shader::translate;
 use target::{Stage, file_name};
 
@@ -86,34 +84,6 @@ pub fn contents(files: &[ExportedFile]) -> impl Iterator<Item = (&str, &[u8])> +
         .map(|file| (file.name.as_str(), file.bytes.as_slice()))
 }
 
-/// The compiled shaders that exports are translated from.
-struct Sources {
-    /// The module for every language.
-    portable: Module,
-    /// The module that Relievo's renderer gives to Vulkan, for SPIR-V with
-    /// [`Output::Words`].
-    untouched: Option<Module>,
-    /// What [`Output::Hit`] turns into functions.
-    hits: Option<Module>,
-}
-
-impl Sources {
-    fn of(options: &Options) -> Result<Sources, RenderError> {
-        let needs_untouched = options.output == Output::Words
-            && options.targets.contains(&Target::Spirv)
-            && options.interface == Interface::default();
-        Ok(Sources {
-            portable: Shaders::Portable.module()?,
-            untouched: needs_untouched
-                .then(|| Shaders::Fast.module())
-                .transpose()?,
-            hits: (options.output == Output::Hit)
-                .then(Shaders::hits)
-                .transpose()?,
-        })
-    }
-}
-
 /// Exports the objects of `scene` that `options` select.
 ///
 /// The files of a single object have no folder. Those of several objects are in
@@ -147,15 +117,14 @@ pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFi
         });
     }
     options.interface.check()?;
-    let sources = Sources::of(options)?;
     if let [object] = objects.as_slice() {
-        return export_object(scene, object, options, &sources);
+        return export_object(scene, object, options);
     }
     let mut files = Vec::new();
     let mut folders = Vec::new();
     for object in objects {
         let folder = folder_name(object);
-        for file in export_object(scene, object, options, &sources)? {
+        for file in export_object(scene, object, options)? {
             files.push(ExportedFile {
                 name: format!("{folder}/{}", file.name),
                 ..file
@@ -195,7 +164,6 @@ fn export_object(
     scene: &PreparedScene,
     object: &PreparedObject,
     options: &Options,
-    sources: &Sources,
 ) -> Result<Vec<ExportedFile>, ExportError> {
     let entry_points = EntryPoints::of(&object.parameters, Extent::Needed);
     let mut files = Vec::new();
@@ -203,10 +171,8 @@ fn export_object(
     let mut targets = options.targets.clone();
     targets.sort();
     targets.dedup();
-    let function = sources
-        .hits
-        .as_ref()
-        .map(|hits| write_function(object, entry_points, hits, &options.interface))
+    let function = (options.output == Output::Hit)
+        .then(|| write_function(object, entry_points, &options.interface))
         .transpose()?;
     for target in targets {
         let mut add = |stage: Stage, name: &str, shader: Written| {
@@ -222,7 +188,7 @@ fn export_object(
                 bytes: shader.bytes,
             });
         };
-        let shader = |stage| write_shader(object, entry_points, stage, options, target, sources);
+        let shader = |stage| write_shader(object, entry_points, stage, options, target);
         add(Stage::Vertex, Stage::Vertex.name(), shader(Stage::Vertex)?);
         let Some(function) = &function else {
             add(
@@ -313,14 +279,11 @@ fn shader_error(
 fn write_function(
     object: &PreparedObject,
     entry_points: EntryPoints,
-    hits: &Module,
     interface: &Interface,
 ) -> Result<String, ExportError> {
     let name = entry_points.hit;
     let failed = |message| shader_error(object, name, Target::Wgsl, message);
-    let words = hits
-        .spirv(name)
-        .ok_or_else(|| failed(NOT_BUILT_IN.to_string()))?;
+    let words = words(HITS, name).ok_or_else(|| failed(NOT_BUILT_IN.to_string()))?;
     let bindings = layout::bindings(entry_points.facets);
     let structs = layout::structs(entry_points.facets);
     hit::function(&words, &bindings, &structs, interface).map_err(failed)
@@ -333,7 +296,6 @@ fn write_shader(
     stage: Stage,
     options: &Options,
     target: Target,
-    sources: &Sources,
 ) -> Result<Written, ExportError> {
     let Options {
         output, interface, ..
@@ -345,26 +307,23 @@ fn write_shader(
     // Exports have no picture of exits, and are translated without.
     let asks_for_exits = stage == Stage::Fragment && entry_points.asks_for_exits;
     let failed = |message| shader_error(object, name, target, message);
-    let missing = || failed(NOT_BUILT_IN.to_string());
-    // Validates the portable module even if the untouched one, compiled from the
-    // same source, is written.
-    let words = sources.portable.spirv(name).ok_or_else(missing)?;
+    let words = words(FAST, name).ok_or_else(|| failed(NOT_BUILT_IN.to_string()))?;
     let bindings = layout::bindings(entry_points.facets);
     let structs = layout::structs(entry_points.facets);
     let written = translate(
         &words, stage, &bindings, &structs, *output, target, interface,
     )
     .map_err(failed)?;
-    let Some(untouched) = sources
-        .untouched
-        .as_ref()
-        .filter(|_| target == Target::Spirv && !asks_for_exits)
-    else {
+    // What our renderer gives to Vulkan; it was validated as translated.
+    let is_untouched = *output == Output::Words
+        && target == Target::Spirv
+        && *interface == Interface::default()
+        && !asks_for_exits;
+    if !is_untouched {
         return Ok(written);
-    };
-    let words = untouched.spirv(name).ok_or_else(missing)?;
+    }
     Ok(Written {
-        bytes: spirv_bytes(&words),
+        bytes: spirv_bytes(&memory_model::plain(&words)),
         entry_point: name.to_string(),
         ..written
     })

@@ -8,7 +8,7 @@ use super::layout::Binding;
 use super::target::Stage;
 use super::{Options, Output};
 use crate::prepare::{PreparedObject, PreparedScene};
-use crate::render::gpu::EntryPoints;
+use crate::shaders::EntryPoints;
 use relievo_shared::layout::{TIER_ACCURATE, TIER_FAST, TIER_PLANAR};
 use relievo_translate::{METAL_SIZES, Target};
 

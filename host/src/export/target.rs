@@ -1,6 +1,6 @@
 //! Stages and outputs of exported shaders, and their file names.
 
-use crate::render::gpu::EntryPoints;
+use crate::shaders::EntryPoints;
 use naga::ShaderStage;
 use relievo_translate::Target;
 

@@ -1,6 +1,6 @@
 //! Contents and formats of pictures on a GPU.
 
-use super::shaders::EntryPoints;
+use crate::shaders::EntryPoints;
 use std::ops::Range;
 
 /// Stores the bits of f32 unchanged: integers are not filtered, blended or

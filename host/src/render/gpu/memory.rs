@@ -3,8 +3,8 @@
 use super::content::Drawing;
 use super::outlines::{Sizes, frame_buffer_bytes, padded};
 use super::shared::sharing;
-use super::{EntryPoints, Extent, Facets};
 use crate::prepare::{PreparedObject, PreparedScene};
+use crate::shaders::{EntryPoints, Extent, Facets};
 use relievo_shared::layout::Object;
 use std::collections::BTreeSet;
 use std::mem::{size_of, size_of_val};

@@ -28,14 +28,14 @@ mod shared;
 mod targets;
 mod timestamps;
 
+pub use crate::shaders::{EntryPoints, Extent, Facets};
 pub use content::Content;
 pub use memory::{Memory, Pictures};
 pub use pipelines::Pipelines;
 pub use relievo_bitwise::{Adapter, Device, Module, Signature, TIME_LIMIT, adapters, choose};
 pub use scene::GpuScene;
-pub(crate) use scene::facet_bytes;
 pub(crate) use shaders::shade_of;
-pub use shaders::{Choice, EntryPoints, Extent, Facets, Shaders, canaries, signature};
+pub use shaders::{Choice, Shaders, canaries, signature};
 pub use targets::Targets;
 
 use super::Renderer;

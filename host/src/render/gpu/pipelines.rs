@@ -1,8 +1,9 @@
 //! Pipelines, made when first needed and kept across scenes.
 
 use super::content::{DEPTH_FORMAT, Drawing, TARGET_FORMAT};
-use super::shaders::{EXITS, EntryPoints, HAS_COPIES, PLACE, SCREEN, shade_of};
+use super::shaders::{EXITS, HAS_COPIES, PLACE, SCREEN, shade_of};
 use crate::render::RenderError;
+use crate::shaders::EntryPoints;
 use relievo_bitwise::{Device, Module};
 use std::collections::BTreeMap;
 

@@ -6,17 +6,16 @@ use super::outlines::{
     Outlines, Run, Runs, bound_frame_bytes, frame_buffer_bytes, padded, workgroups,
 };
 use super::pipelines::Pipelines;
-use super::shaders::{EntryPoints, Extent, Facets};
 use super::shared::{STRIDE, sharing};
 use super::targets::Targets;
 use super::timestamps::Timestamps;
-use crate::prepare::{Placement, PreparedObject, PreparedScene};
+use crate::prepare::{Placement, PreparedScene};
 use crate::render::space::{may_be_seen, may_hold_eye, object_bounds};
 use crate::render::{RenderError, background_words};
+use crate::shaders::{EntryPoints, Extent, facet_bytes};
 use obvhs::aabb::Aabb;
 use rayon::prelude::*;
-use relievo_shared::layout::{Frame, PlanarTriangle};
-use std::borrow::Cow;
+use relievo_shared::layout::Frame;
 use std::cell::Cell;
 use std::mem::size_of;
 use std::num::NonZero;
@@ -511,17 +510,4 @@ fn begin_pass<'encoder>(
         occlusion_query_set: None,
         multiview_mask: None,
     })
-}
-
-/// Returns the facets of `object` as the bytes that shaders read.
-pub(crate) fn facet_bytes(object: &PreparedObject, facets: Facets) -> Cow<'_, [u8]> {
-    match facets {
-        Facets::Triangles => bytemuck::cast_slice(&object.triangles).into(),
-        Facets::PlanarTriangles => {
-            let planar: Vec<PlanarTriangle> =
-                object.triangles.iter().map(PlanarTriangle::from).collect();
-            bytemuck::cast_slice::<_, u8>(&planar).to_vec().into()
-        }
-        Facets::Prisms => bytemuck::cast_slice(&object.prisms).into(),
-    }
 }

@@ -1,52 +1,15 @@
-//! Selects compiled shaders: the modules, those that are exact on a device, and the
-//! entry points that draw an object.
+//! Selects modules of compiled shaders: those that are exact on a device.
 
 use crate::render::RenderError;
+use crate::shaders::{FAST, Files};
+#[cfg(not(target_arch = "wasm32"))]
+use crate::shaders::{files, renderer};
 use relievo_bitwise::{Canary, Device, Module, Runner, Signature};
 use relievo_kernel::canary::MEANINGS;
 use relievo_kernel::{Kernel, for_each_canary, table};
-use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, facts};
-use relievo_shared::layout::{
-    Object, PlanarTriangle, PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS,
-    SEARCH_RELIEF, Triangle,
-};
-use relievo_shared::{for_each_facet, for_each_search};
-use std::sync::LazyLock;
-
-/// The modules of one folder of `assets/shaders`, one for each of the entry points.
-macro_rules! files {
-    ($folder:literal: $($entry_point:ident)*) => {
-        &[$(const { relievo_shaders::module(concat!($folder, "/", stringify!($entry_point))) }),*]
-    };
-}
-
-/// The shaders of the renderer in a folder, and `more`.
-macro_rules! renderer {
-    ($folder:literal [$($more:ident)*]
-        $($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
-        tiers { $($tiers:tt)* }
-        special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
-        files!($folder: place outlines outlines_planar outlines_prisms outlines_exits exits
-            screen shade shade_edges
-            $($more)*
-            $($color $shadow $geometry $surface
-                $($special_color $special_shadow $special_geometry $special_surface)*)*)
-    };
-}
-
-/// The shaders that exports turn into functions.
 #[cfg(not(target_arch = "wasm32"))]
-macro_rules! hits {
-    ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
-        tiers { $($tiers:tt)* }
-        special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
-        files!("relievo_fast": $($hit $($special_hit)*)*)
-    };
-}
+use relievo_shared::for_each_search;
+use std::sync::LazyLock;
 
 /// The exact, the fused and the fast file of each kernel of a list.
 #[cfg(not(target_arch = "wasm32"))]
@@ -60,15 +23,10 @@ macro_rules! kernel_files {
     };
 }
 
-type Files = &'static [&'static [u8]];
 #[cfg(not(target_arch = "wasm32"))]
 static EXACT: Files = for_each_search!(renderer "relievo_exact" []);
 #[cfg(not(target_arch = "wasm32"))]
 static FUSED: Files = for_each_search!(renderer "relievo_fused" []);
-// With the vertex shaders of exports.
-static FAST: Files = for_each_search!(renderer "relievo_fast" [vertex vertex_planar vertex_prisms]);
-#[cfg(not(target_arch = "wasm32"))]
-static HITS: Files = for_each_search!(hits);
 #[cfg(not(target_arch = "wasm32"))]
 static KERNELS: (Files, Files, Files) = relievo_shared::for_each_kernel!(kernel_files);
 #[cfg(not(target_arch = "wasm32"))]
@@ -79,8 +37,6 @@ static CANARY_KERNELS: (Files, Files, Files) = for_each_canary!(kernel_files);
 static EXACT: Files = &[];
 #[cfg(target_arch = "wasm32")]
 static FUSED: Files = &[];
-#[cfg(target_arch = "wasm32")]
-static HITS: Files = &[];
 #[cfg(target_arch = "wasm32")]
 static KERNELS: (Files, Files, Files) = (&[], &[], &[]);
 #[cfg(target_arch = "wasm32")]
@@ -167,23 +123,16 @@ impl Shaders {
         self.choose(KERNELS)
     }
 
-    /// The shaders that exports turn into functions, for every backend of wgpu.
-    ///
-    /// # Errors
-    /// As [`Shaders::module`].
-    pub(crate) fn hits() -> Result<Module, RenderError> {
-        Ok(Module::portable(HITS)?)
-    }
-
     fn choose(self, (exact, fused, fast): (Files, Files, Files)) -> Result<Module, RenderError> {
+        let bytes = |files: Files| files.iter().map(|(_, bytes)| *bytes).collect::<Vec<_>>();
         // SAFETY: the builder has validated the modules, and `shared` keeps
         // its indices within the buffers that the host binds.
         Ok(unsafe {
             match self {
-                Shaders::Exact => Module::untouched(exact)?,
-                Shaders::Fused => Module::untouched(fused)?,
-                Shaders::Fast => Module::untouched(fast)?,
-                Shaders::Portable => Module::portable(fast)?,
+                Shaders::Exact => Module::untouched(&bytes(exact))?,
+                Shaders::Fused => Module::untouched(&bytes(fused))?,
+                Shaders::Fast => Module::untouched(&bytes(fast))?,
+                Shaders::Portable => Module::portable(&bytes(fast))?,
             }
         })
     }
@@ -247,84 +196,6 @@ pub fn signature(device: &Device) -> Result<Signature, RenderError> {
     Ok(Signature::take(&mut runner, &CANARIES)?)
 }
 
-/// Features that an object's shaders contain.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Extent {
-    /// As few as possible: the most specialised shaders that draw the object.
-    Needed,
-    /// Everything that any object with the same search may need. The words are
-    /// the same.
-    Everything,
-}
-
-/// Type of the facets that shaders read.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Facets {
-    /// [`Triangle`]s.
-    Triangles,
-    /// [`PlanarTriangle`]s.
-    PlanarTriangles,
-    /// [`PrismData`]s.
-    Prisms,
-}
-
-/// The [`Facets`] of a layout.
-macro_rules! facets {
-    (Triangle) => {
-        Facets::Triangles
-    };
-    (PlanarTriangle) => {
-        Facets::PlanarTriangles
-    };
-    (PrismData) => {
-        Facets::Prisms
-    };
-}
-
-impl Facets {
-    /// Bytes of one.
-    pub fn bytes(self) -> usize {
-        match self {
-            Facets::Triangles => size_of::<Triangle>(),
-            Facets::PlanarTriangles => size_of::<PlanarTriangle>(),
-            Facets::Prisms => size_of::<PrismData>(),
-        }
-    }
-
-    /// The compute shader that finds their outlines, and the vertex shader of exports.
-    fn shaders(self) -> [&'static str; 2] {
-        macro_rules! shaders {
-            ($($facet:ident $outlines:ident $vertex:ident;)*) => {
-                match self {
-                    $(facets!($facet) => [stringify!($outlines), stringify!($vertex)],)*
-                }
-            };
-        }
-        for_each_facet!(shaders)
-    }
-}
-
-/// The shaders that draw an object.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EntryPoints {
-    /// Type of the facets that they read.
-    pub facets: Facets,
-    /// Compute shader that finds the outlines of the facets, which the vertex shader `place` draws.
-    pub outlines: &'static str,
-    /// Vertex shader that does both at once, in exports.
-    pub vertex: &'static str,
-    /// Draws its colours.
-    pub color: &'static str,
-    /// Draws its geometry.
-    pub geometry: &'static str,
-    /// Draws its part of the G-buffer.
-    pub surface: &'static str,
-    /// Finds what a ray hits, in exports.
-    pub hit: &'static str,
-    /// Whether both ask for the exits of rays, a picture that must be bound.
-    pub asks_for_exits: bool,
-}
-
 /// The specialization constant that is 1 in shaders of copies that are drawn at once.
 pub(super) const HAS_COPIES: u32 = 0;
 
@@ -344,104 +215,10 @@ pub(crate) fn shade_of(has_smooth_edges: bool) -> &'static str {
     }
 }
 
-/// Whether a model asks for exits.
-macro_rules! asks_for_exits {
-    (Quadric) => {
-        true
-    };
-    ($model:ident) => {
-        false
-    };
-}
-
-/// The fragment shaders of a search, and what must be true of an object that
-/// they draw (`relievo_shared::facts`).
-struct Special {
-    search: u32,
-    facts: u32,
-    facets: Facets,
-    color: &'static str,
-    shadow: &'static str,
-    geometry: &'static str,
-    surface: &'static str,
-    hit: &'static str,
-    asks_for_exits: bool,
-}
-
-/// A [`Special`] for each pair of a search and facts, most facts first.
-macro_rules! special {
-    ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
-        draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
-        tiers { $($tiers:tt)* }
-        special { $($facts:expr => $special:ident over $special_facet:ident
-            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
-        &[$(
-            $(Special {
-                search: $search,
-                facts: $facts,
-                facets: facets!($special_facet),
-                color: stringify!($special_color),
-                shadow: stringify!($special_shadow),
-                geometry: stringify!($special_geometry),
-                surface: stringify!($special_surface),
-                hit: stringify!($special_hit),
-                asks_for_exits: asks_for_exits!($special),
-            },)*
-            Special {
-                search: $search,
-                facts: 0 $(| $given)?,
-                facets: facets!($facet),
-                color: stringify!($color),
-                shadow: stringify!($shadow),
-                geometry: stringify!($geometry),
-                surface: stringify!($surface),
-                hit: stringify!($hit),
-                asks_for_exits: asks_for_exits!($model),
-            },
-        )*]
-    };
-}
-
-static SPECIAL: &[Special] = for_each_search!(special);
-
-impl EntryPoints {
-    /// Returns the shaders for an object with these parameters.
-    pub fn of(object: &Object, extent: Extent) -> EntryPoints {
-        let facts = facts(object);
-        let mut all = SPECIAL
-            .iter()
-            .filter(|special| special.search == object.search && special.facts & !facts == 0);
-        let special = match extent {
-            Extent::Needed => all.next(),
-            Extent::Everything => all.next_back(),
-        }
-        .expect("each search has shaders for all of its objects");
-        let [outlines, vertex] = special.facets.shaders();
-        EntryPoints {
-            facets: special.facets,
-            outlines,
-            vertex,
-            color: if object.self_shadow == 0 {
-                special.color
-            } else {
-                special.shadow
-            },
-            geometry: special.geometry,
-            surface: special.surface,
-            hit: special.hit,
-            asks_for_exits: special.asks_for_exits,
-        }
-    }
-
-    /// Returns whether the exits of `object`, which they draw, are written.
-    pub(super) fn writes_exits(&self, object: &Object) -> bool {
-        self.asks_for_exits && object.number != 0
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shaders::SPECIAL;
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     use naga::{Block, Statement};
     use relievo_bitwise::Told;
