@@ -34,12 +34,32 @@ const LONGEST: usize = 40;
 /// last of them for sizes.
 const LARGEST: [u32; 2] = [1, 10];
 
+fn refused(message: String) -> Result<(), ExportError> {
+    Err(ExportError::Interface { message })
+}
+
 impl Interface {
     /// Checks that every language takes the names and the bindings.
     ///
     /// # Errors
     /// [`ExportError::Interface`] if one does not.
     pub(super) fn check(&self) -> Result<(), ExportError> {
+        self.check_prefix()?;
+        let [group, binding] = LARGEST;
+        if self.group > group || self.first_binding > binding {
+            return refused(format!(
+                "group {} and first binding {} do not fit in every language; take a group up to {group} and a first binding up to {binding}",
+                self.group, self.first_binding
+            ));
+        }
+        Ok(())
+    }
+
+    /// Checks that every language takes the names.
+    ///
+    /// # Errors
+    /// [`ExportError::Interface`] if one does not.
+    pub(super) fn check_prefix(&self) -> Result<(), ExportError> {
         let is_plain = |letter: char| matches!(letter, 'a'..='z' | '0'..='9' | '_');
         let is_name = self
             .prefix
@@ -48,18 +68,10 @@ impl Interface {
             && !self.prefix.contains("__")
             && !self.prefix.ends_with('_')
             && self.prefix.len() <= LONGEST;
-        let refused = |message| Err(ExportError::Interface { message });
         if !is_name {
             return refused(format!(
                 "the prefix {:?} is no name; take up to {LONGEST} letters from a to z, digits and single underscores, a letter first, such as relievo",
                 self.prefix
-            ));
-        }
-        let [group, binding] = LARGEST;
-        if self.group > group || self.first_binding > binding {
-            return refused(format!(
-                "group {} and first binding {} do not fit in every language; take a group up to {group} and a first binding up to {binding}",
-                self.group, self.first_binding
             ));
         }
         Ok(())

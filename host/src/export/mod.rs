@@ -20,6 +20,7 @@
 //! ```
 
 mod bindings;
+mod engine;
 mod error;
 mod files;
 mod hit;
@@ -38,6 +39,7 @@ use relievo_translate::{Written, memory_model, spirv_bytes};
 use shader::translate;
 use target::{Stage, file_name};
 
+pub use engine::EngineHit;
 pub use error::ExportError;
 pub use interface::Interface;
 pub use relievo_translate::Target;
