@@ -1,0 +1,32 @@
+//! Relievo in Bevy: a pattern is wrapped around a mesh and appears as carved geometry, outline
+//! included, lit and shadowed by Bevy's own renderer.
+//!
+//! Add [`RelievoPlugin`], and spawn a [`Carved`]. docs/bevy.md has a whole program.
+
+mod carved;
+mod hull;
+mod material;
+mod pattern;
+mod prepare;
+mod preparation;
+
+pub use carved::{Carved, CarvedMaterial, Finish};
+pub use material::Carving;
+pub use pattern::{Pattern, PatternError, PatternLoader, PatternSettings};
+pub use preparation::IsPrepared;
+pub use relievo::scene::{Technique, Tier};
+
+use bevy::prelude::*;
+
+/// Draws entities with a [`Carved`].
+pub struct RelievoPlugin;
+
+impl Plugin for RelievoPlugin {
+    fn build(&self, app: &mut App) {
+        app.add_plugins((
+            pattern::PatternPlugin,
+            material::CarvingPlugin,
+            preparation::PreparationPlugin,
+        ));
+    }
+}
