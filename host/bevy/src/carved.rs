@@ -58,6 +58,31 @@ impl Default for Carved {
     }
 }
 
+impl Carved {
+    /// Wraps a pattern around a mesh once.
+    pub fn new(mesh: Handle<Mesh>, pattern: Handle<Pattern>) -> Carved {
+        Carved {
+            mesh,
+            pattern,
+            ..Carved::default()
+        }
+    }
+
+    /// Sets the repeats of the pattern along u and v.
+    #[must_use]
+    pub fn repeat(mut self, u: f32, v: f32) -> Carved {
+        self.repeat = Vec2::new(u, v);
+        self
+    }
+
+    /// Sets the depth of the floor, units of the mesh.
+    #[must_use]
+    pub fn depth(mut self, depth: f32) -> Carved {
+        self.depth = Some(depth);
+        self
+    }
+}
+
 /// The materials of a carved entity.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
 pub struct CarvedMaterial {
