@@ -45,7 +45,9 @@ fn setup(
     let wall: Mesh = Plane3d::new(Vec3::Z, Vec2::new(3.0, 1.5)).into();
     let bricks: Handle<Pattern> = assets.load("patterns/bricks.png");
     commands.spawn((
-        Carved::new(meshes.add(wall), bricks).repeat(6.0, 3.0).depth(0.12),
+        Carved::new(meshes.add(wall), bricks)
+            .repeat(6.0, 3.0)
+            .depth(0.12),
         CarvedMaterial {
             base: stone.clone(),
             cap: Color::srgb(0.62, 0.25, 0.16).into(),
@@ -65,7 +67,11 @@ fn setup(
         minor_radius: 0.35,
         major_radius: 0.8,
     };
-    let ring = ring.mesh().minor_resolution(24).major_resolution(64).build();
+    let ring = ring
+        .mesh()
+        .minor_resolution(24)
+        .major_resolution(64)
+        .build();
     commands.spawn((
         Carved {
             repeat: Vec2::new(10.0, 4.0),

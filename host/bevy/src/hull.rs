@@ -100,16 +100,17 @@ pub(crate) fn hull(object: &PreparedObject, origin: Vec3, repeat: Vec2) -> Hull 
     // The shells lie behind the facets, and normals are about unit vectors.
     let reach = 1.5 * depth;
     let none = (Vec3::INFINITY, Vec3::NEG_INFINITY, 0.0_f32);
-    let (low, high, furthest) = vertices
-        .position
-        .iter()
-        .fold(none, |(low, high, far), position| {
-            (
-                low.min(*position),
-                high.max(*position),
-                far.max(position.length()),
-            )
-        });
+    let (low, high, furthest) =
+        vertices
+            .position
+            .iter()
+            .fold(none, |(low, high, far), position| {
+                (
+                    low.min(*position),
+                    high.max(*position),
+                    far.max(position.length()),
+                )
+            });
     for position in &mut vertices.position {
         *position += origin;
     }
@@ -215,7 +216,12 @@ fn around(points: &[Vec3], corners: [Vec3; 3], up: Vec3) -> (Vec<Vec3>, [f32; 2]
     if is_sharp {
         let [x, y] = [x, y].map(|[low, high]| [low - margin, high + margin]);
         let at = |x: f32, y: f32| along * x + across * y;
-        let polygon = [at(x[0], y[0]), at(x[1], y[0]), at(x[1], y[1]), at(x[0], y[1])];
+        let polygon = [
+            at(x[0], y[0]),
+            at(x[1], y[0]),
+            at(x[1], y[1]),
+            at(x[0], y[1]),
+        ];
         return (polygon.to_vec(), z);
     }
     // Each side moves out by its own distance; the new corner is where two of them meet.
@@ -230,7 +236,8 @@ fn around(points: &[Vec3], corners: [Vec3; 3], up: Vec3) -> (Vec<Vec3>, [f32; 2]
         // The displacement d in the plane with d · before and d · after given.
         let overlap = before.dot(after);
         let scale = 1.0 / (1.0 - overlap * overlap);
-        let moved = before * (by_before - overlap * by_after) + after * (by_after - overlap * by_before);
+        let moved =
+            before * (by_before - overlap * by_after) + after * (by_after - overlap * by_before);
         corners[i] + moved * scale
     });
     (polygon.collect(), z)

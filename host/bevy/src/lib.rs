@@ -7,8 +7,8 @@ mod carved;
 mod hull;
 mod material;
 mod pattern;
-mod prepare;
 mod preparation;
+mod prepare;
 
 pub use carved::{Carved, CarvedMaterial, Finish};
 pub use material::Carving;

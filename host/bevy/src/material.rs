@@ -166,10 +166,17 @@ impl MaterialExtension for Carving {
             WHOLE.at_shader_location(3),
             FACET.at_shader_location(4),
         ])?];
-        let is_shadow = key.mesh_key.contains(MeshPipelineKey::UNCLIPPED_DEPTH_ORTHO);
+        let is_shadow = key
+            .mesh_key
+            .contains(MeshPipelineKey::UNCLIPPED_DEPTH_ORTHO);
         let add = |defs: &mut Vec<ShaderDefVal>| {
             // What the hit gives, whatever the vertices have.
-            let given = ["VERTEX_UVS", "VERTEX_UVS_A", "VERTEX_NORMALS", "VERTEX_TANGENTS"];
+            let given = [
+                "VERTEX_UVS",
+                "VERTEX_UVS_A",
+                "VERTEX_NORMALS",
+                "VERTEX_TANGENTS",
+            ];
             defs.extend(given.map(ShaderDefVal::from));
             if is_shadow {
                 defs.push("RELIEVO_SHADOW".into());

@@ -68,8 +68,16 @@ fn begin(
 ) {
     for (entity, carved, name) in &waiting {
         let lacking = [
-            ("mesh", carved.mesh.id().untyped(), meshes.contains(&carved.mesh)),
-            ("pattern", carved.pattern.id().untyped(), patterns.contains(&carved.pattern)),
+            (
+                "mesh",
+                carved.mesh.id().untyped(),
+                meshes.contains(&carved.mesh),
+            ),
+            (
+                "pattern",
+                carved.pattern.id().untyped(),
+                patterns.contains(&carved.pattern),
+            ),
         ];
         if let Some((what, id, _)) = lacking.into_iter().find(|(_, _, is_there)| !is_there) {
             let is_unset = id == Handle::<Mesh>::default().id().untyped()
@@ -97,8 +105,8 @@ fn begin(
             }
         };
         let (carved, pattern) = (carved.clone(), pattern.0.clone());
-        let task = AsyncComputeTaskPool::get()
-            .spawn(async move { prepare(&carved, mesh, pattern) });
+        let task =
+            AsyncComputeTaskPool::get().spawn(async move { prepare(&carved, mesh, pattern) });
         commands.entity(entity).insert(Preparing(task));
     }
 }
@@ -115,7 +123,13 @@ fn describe(entity: Entity, name: Option<&Name>) -> String {
 #[allow(clippy::too_many_arguments)] // The parameters of a system.
 fn finish(
     mut commands: Commands,
-    mut preparing: Query<(Entity, &mut Preparing, &Carved, &CarvedMaterial, Option<&Name>)>,
+    mut preparing: Query<(
+        Entity,
+        &mut Preparing,
+        &Carved,
+        &CarvedMaterial,
+        Option<&Name>,
+    )>,
     mut shaders: ResMut<Assets<Shader>>,
     mut buffers: ResMut<Assets<ShaderBuffer>>,
     mut meshes: ResMut<Assets<Mesh>>,

@@ -35,8 +35,9 @@ pub(crate) fn mesh_data(mesh: &Mesh) -> Result<MeshData, String> {
         return Err("its mesh is no list of triangles; make it one".to_string());
     }
     let attribute = |attribute| {
-        mesh.try_attribute_option(attribute)
-            .map_err(|_| "its mesh is not kept in memory; load it with RenderAssetUsages::MAIN_WORLD".to_string())
+        mesh.try_attribute_option(attribute).map_err(|_| {
+            "its mesh is not kept in memory; load it with RenderAssetUsages::MAIN_WORLD".to_string()
+        })
     };
     let vectors = |values: Option<&VertexAttributeValues>| match values {
         Some(VertexAttributeValues::Float32x3(values)) => {
@@ -64,7 +65,9 @@ pub(crate) fn mesh_data(mesh: &Mesh) -> Result<MeshData, String> {
         return Err("the number of its mesh's indices is no multiple of 3".to_string());
     }
     if triangles.len() > MOST_FACETS {
-        return Err(format!("its mesh has more than {MOST_FACETS} triangles; split it"));
+        return Err(format!(
+            "its mesh has more than {MOST_FACETS} triangles; split it"
+        ));
     }
     Ok(MeshData::new("mesh", positions, triangles)
         .with_normals(normals)

@@ -13,11 +13,21 @@ fn torus() -> Mesh {
         minor_radius: 0.4,
         major_radius: 1.0,
     };
-    torus.mesh().minor_resolution(24).major_resolution(48).build()
+    torus
+        .mesh()
+        .minor_resolution(24)
+        .major_resolution(48)
+        .build()
 }
 
 /// Draws `carved` in `place` and compares the classes with the CPU's. Returns the differences.
-fn differences(studio: &mut Studio, carved: Carved, place: Transform, view: &View, name: &str) -> usize {
+fn differences(
+    studio: &mut Studio,
+    carved: Carved,
+    place: Transform,
+    view: &View,
+    name: &str,
+) -> usize {
     let twin = Twin::new(&torus(), pattern("discs.png"), &carved);
     let material = class_material(studio);
     let entity = studio.app.world_mut().spawn((carved, material, place)).id();
@@ -29,6 +39,7 @@ fn differences(studio: &mut Studio, carved: Carved, place: Transform, view: &Vie
     let turned = View {
         eye: to_object.transform_point3(view.eye),
         target: to_object.transform_point3(view.target),
+        near: view.near / place.scale.x,
         ..*view
     };
     let up = to_object.transform_vector3(Vec3::Y);
@@ -36,7 +47,9 @@ fn differences(studio: &mut Studio, carved: Carved, place: Transform, view: &Vie
     let covered = hits.iter().filter(|hit| hit.class != 0).count();
     assert!(covered > 5000, "there is something to see");
     let classes = picture.pixels.iter().map(|pixel| class_of(*pixel));
-    let different = classes.zip(&hits).filter(|(class, hit)| *class != hit.class);
+    let different = classes
+        .zip(&hits)
+        .filter(|(class, hit)| *class != hit.class);
     let different = different.count();
     eprintln!("{name}: {different} of {covered} pixels have another class");
     different
@@ -49,6 +62,7 @@ fn classes_are_those_of_the_cpu() {
         eye: Vec3::new(0.3, 2.0, 2.6),
         target: Vec3::ZERO,
         field_of_view: 45.0,
+        near: 0.05,
     };
     let camera = studio.camera(&view);
     let mesh: Handle<Mesh> = studio.add(torus());
@@ -83,6 +97,7 @@ fn classes_are_those_of_the_cpu() {
         eye: Vec3::new(0.02, 0.36, 1.05),
         target: Vec3::new(1.0, 0.3, 0.6),
         field_of_view: 80.0,
+        near: 0.01,
     };
     studio.camera(&inside);
     let different = differences(&mut studio, carved, Transform::IDENTITY, &inside, "inside");

@@ -48,20 +48,29 @@ impl Drop for Display {
 #[test]
 fn the_program_of_the_guide_draws_a_carved_object() {
     let Some(display) = Display::open() else {
-        let is_required = std::env::var_os("RELIEVO_TOOLS").is_some_and(|value| value == "required");
+        let is_required =
+            std::env::var_os("RELIEVO_TOOLS").is_some_and(|value| value == "required");
         assert!(!is_required, "Xvfb is not installed");
         eprintln!("SKIPPED: Xvfb is not installed");
         return;
     };
     let test = std::env::current_exe().expect("a path");
-    let program = test.parent().and_then(Path::parent).expect("two folders").join("examples/minimal");
+    let program = test
+        .parent()
+        .and_then(Path::parent)
+        .expect("two folders")
+        .join("examples/minimal");
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("guide");
     std::fs::remove_dir_all(&folder).ok();
     std::fs::create_dir_all(folder.join("assets")).expect("a folder");
     let pattern = root().join("assets/patterns/bricks.png");
     std::fs::copy(pattern, folder.join("assets/bricks.png")).expect("a file");
     let script = folder.join("script.ron");
-    std::fs::write(&script, "(events: [(150, NamedScreenshot(\"guide\")), (160, AppExit)])").expect("a file");
+    std::fs::write(
+        &script,
+        "(events: [(150, NamedScreenshot(\"guide\")), (160, AppExit)])",
+    )
+    .expect("a file");
     let output = Command::new(program)
         .current_dir(&folder)
         .env("BEVY_ASSET_ROOT", &folder)
@@ -70,15 +79,24 @@ fn the_program_of_the_guide_draws_a_carved_object() {
         .env_remove("WAYLAND_DISPLAY")
         .output()
         .expect("the example is built");
-    let messages = String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
+    let messages =
+        String::from_utf8_lossy(&output.stdout) + String::from_utf8_lossy(&output.stderr);
     assert!(output.status.success(), "{messages}");
     assert!(!messages.contains("ERROR"), "{messages}");
-    let picture = image::open(folder.join("screenshot-guide.png")).expect(&messages).into_rgb8();
+    let picture = image::open(folder.join("screenshot-guide.png"))
+        .expect(&messages)
+        .into_rgb8();
     let background = *picture.get_pixel(2, 2);
-    let object: Vec<_> = picture.pixels().filter(|pixel| **pixel != background).collect();
+    let object: Vec<_> = picture
+        .pixels()
+        .filter(|pixel| **pixel != background)
+        .collect();
     let share = object.len() as f64 / (picture.width() * picture.height()) as f64;
     // A ring of bricks: a smooth one would have no dark joints.
-    let dark = object.iter().filter(|pixel| pixel.0.iter().all(|part| *part < 100)).count();
+    let dark = object
+        .iter()
+        .filter(|pixel| pixel.0.iter().all(|part| *part < 100))
+        .count();
     eprintln!("{share:.2} of the window, {dark} dark pixels");
     assert!(share > 0.1 && dark > 1000, "{share}, {dark}");
 }

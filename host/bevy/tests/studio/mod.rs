@@ -5,6 +5,7 @@
 use bevy::app::PluginsState;
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::RenderTarget;
+use bevy::camera::ShadowLodOrigin;
 use bevy::core_pipeline::tonemapping::Tonemapping;
 use bevy::log::LogPlugin;
 use bevy::log::tracing::{Event, Level, Subscriber, field};
@@ -74,8 +75,14 @@ impl Picture {
         std::fs::create_dir_all(&folder).expect("a folder");
         let bytes: Vec<u8> = self.pixels.iter().flatten().copied().collect();
         let path = folder.join(format!("{name}.png"));
-        image::save_buffer(&path, &bytes, self.size[0], self.size[1], image::ColorType::Rgba8)
-            .expect("a file");
+        image::save_buffer(
+            &path,
+            &bytes,
+            self.size[0],
+            self.size[1],
+            image::ColorType::Rgba8,
+        )
+        .expect("a file");
         eprintln!("{}", path.display());
     }
 }
@@ -133,14 +140,16 @@ impl Studio {
             .insert_resource(ClearColor(Color::BLACK))
             .insert_resource(GlobalAmbientLight::NONE)
             .init_resource::<Taken>()
-            .add_observer(|captured: On<ScreenshotCaptured>, mut taken: ResMut<Taken>| {
-                let image = captured.image.clone().try_into_dynamic().expect("pixels");
-                let image = image.into_rgba8();
-                taken.0 = Some(Picture {
-                    size: [image.width(), image.height()],
-                    pixels: image.pixels().map(|pixel| pixel.0).collect(),
-                });
-            });
+            .add_observer(
+                |captured: On<ScreenshotCaptured>, mut taken: ResMut<Taken>| {
+                    let image = captured.image.clone().try_into_dynamic().expect("pixels");
+                    let image = image.into_rgba8();
+                    taken.0 = Some(Picture {
+                        size: [image.width(), image.height()],
+                        pixels: image.pixels().map(|pixel| pixel.0).collect(),
+                    });
+                },
+            );
         while app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
@@ -163,7 +172,7 @@ impl Studio {
     pub fn camera(&mut self, view: &View) -> Entity {
         let projection = PerspectiveProjection {
             fov: view.field_of_view.to_radians(),
-            near: 0.05,
+            near: view.near,
             ..default()
         };
         self.camera_with(view, projection.into())
@@ -176,6 +185,7 @@ impl Studio {
             target,
             Msaa::Off,
             Tonemapping::None,
+            ShadowLodOrigin,
             projection,
             view.transform(),
         );
@@ -195,11 +205,16 @@ impl Studio {
                 .iter(world)
                 .count();
             quiet = if waiting == 0 { quiet + 1 } else { 0 };
-            assert!(begin.elapsed().as_secs() < 300, "{waiting} entities are not prepared");
+            assert!(
+                begin.elapsed().as_secs() < 300,
+                "{waiting} entities are not prepared"
+            );
         }
         self.check_pipelines();
         self.app.world_mut().resource_mut::<Taken>().0 = None;
-        self.app.world_mut().spawn(Screenshot::image(self.target.clone()));
+        self.app
+            .world_mut()
+            .spawn(Screenshot::image(self.target.clone()));
         loop {
             self.app.update();
             if let Some(picture) = self.app.world_mut().resource_mut::<Taken>().0.take() {
@@ -232,6 +247,8 @@ pub struct View {
     pub target: Vec3,
     /// Vertical, degrees.
     pub field_of_view: f32,
+    /// Distance of the near plane.
+    pub near: f32,
 }
 
 impl View {
@@ -289,17 +306,32 @@ pub struct Hit {
 impl Twin {
     pub fn new(mesh: &Mesh, pattern: relievo::shape_map::Pattern, carved: &Carved) -> Twin {
         let floats = |id| mesh.attribute(id).expect("an attribute");
-        let positions = floats(Mesh::ATTRIBUTE_POSITION).as_float3().expect("vectors");
+        let positions = floats(Mesh::ATTRIBUTE_POSITION)
+            .as_float3()
+            .expect("vectors");
         let normals = floats(Mesh::ATTRIBUTE_NORMAL).as_float3().expect("vectors");
         let bevy::mesh::VertexAttributeValues::Float32x2(uvs) = floats(Mesh::ATTRIBUTE_UV_0) else {
             panic!("pairs");
         };
-        let indices: Vec<u32> = mesh.indices().expect("indices").iter().map(|i| i as u32).collect();
+        let indices: Vec<u32> = mesh
+            .indices()
+            .expect("indices")
+            .iter()
+            .map(|i| i as u32)
+            .collect();
         let triangles = indices.as_chunks::<3>().0.to_vec();
         let wide = |v: &[f32; 3]| v.map(f64::from);
-        let data = MeshData::new("mesh", positions.iter().map(wide).collect::<Vec<_>>(), triangles)
-            .with_normals(normals.iter().map(wide).collect::<Vec<_>>())
-            .with_uvs(uvs.iter().map(|[u, v]| [f64::from(*u), 1.0 - f64::from(*v)]).collect::<Vec<_>>());
+        let data = MeshData::new(
+            "mesh",
+            positions.iter().map(wide).collect::<Vec<_>>(),
+            triangles,
+        )
+        .with_normals(normals.iter().map(wide).collect::<Vec<_>>())
+        .with_uvs(
+            uvs.iter()
+                .map(|[u, v]| [f64::from(*u), 1.0 - f64::from(*v)])
+                .collect::<Vec<_>>(),
+        );
         let mut object = SceneObject::new(data, pattern)
             .with_technique(carved.technique)
             .tier(carved.tier)
@@ -319,9 +351,15 @@ impl Twin {
             target: view.target.to_array().map(f64::from),
             up: up.to_array().map(f64::from),
         };
-        let scene = self.scene.clone().field_of_view(f64::from(view.field_of_view));
-        let frame = self.prepared.frame_from(&scene, &camera, size);
-        let words = CpuRenderer::new(&self.prepared).geometry(&frame).expect("a picture");
+        let scene = self
+            .scene
+            .clone()
+            .field_of_view(f64::from(view.field_of_view));
+        let mut frame = self.prepared.frame_from(&scene, &camera, size);
+        frame.near = view.near;
+        let words = CpuRenderer::new(&self.prepared)
+            .geometry(&frame)
+            .expect("a picture");
         (0..(size[0] * size[1]) as usize)
             .map(|index| Hit {
                 class: words.class(index),
