@@ -379,9 +379,8 @@ fn light_and_shadow_are_those_of_rays_on_the_cpu() {
     let mut set = set();
     let sun = Lamp::Sun(Vec3::new(-1.1, 1.0, 1.0));
     let moved = Lamp::Sun(Vec3::new(1.0, 0.8, 0.9));
-    let lamp = Lamp::Point(Vec3::new(-1.6, 2.0, 1.8));
     let mut pictures = Vec::new();
-    for (name, lamp) in [("sun", sun), ("sun-moved", moved), ("lamp", lamp)] {
+    for (name, lamp) in [("sun", sun), ("sun-moved", moved)] {
         let picture = set.take(lamp, name);
         let (shadow, different) = set.compare(&set.world, lamp, &picture, name);
         assert!(
@@ -409,19 +408,27 @@ fn light_and_shadow_are_those_of_rays_on_the_cpu() {
     );
 
     // A change at run time.
-    let deeper = Carved {
-        depth: Some(0.26),
+    let flatter = Carved {
+        depth: Some(0.06),
         ..set.description.clone()
     };
-    set.world.twin = Twin::new(&torus(), pattern("discs.png"), &deeper);
+    set.world.twin = Twin::new(&torus(), pattern("discs.png"), &flatter);
     set.studio
         .app
         .world_mut()
         .entity_mut(set.carved)
-        .insert(deeper);
-    let picture = set.take(sun, "deeper");
-    let (_, different) = set.compare(&set.world, sun, &picture, "deeper");
-    assert!(different < MOST, "deeper: {different}");
+        .insert(flatter);
+    let picture = set.take(sun, "flatter");
+    let (_, different) = set.compare(&set.world, sun, &picture, "flatter");
+    assert!(different < MOST, "flatter: {different}");
+
+    // The six sides of a point light's shadow map. The last one: Bevy 0.19.1 loses the shadows of
+    // a light that was hidden and is shown again.
+    let lamp = Lamp::Point(Vec3::new(-1.6, 2.0, 1.8));
+    let picture = set.take(lamp, "lamp");
+    let (shadow, different) = set.compare(&set.world, lamp, &picture, "lamp");
+    assert!(shadow[0] > 300 && shadow[1] > 300, "lamp: {shadow:?}");
+    assert!(different < MOST, "lamp: {different}");
     assert_no_messages();
 }
 
