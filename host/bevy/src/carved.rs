@@ -86,7 +86,7 @@ impl Carved {
 /// The materials of a carved entity.
 #[derive(Component, Clone, Debug, Default, PartialEq)]
 pub struct CarvedMaterial {
-    /// Bevy's material of the whole. Its textures follow the texture coordinates of the mesh. It
+    /// Bevy's material of the whole; white by default. Its textures follow the texture coordinates of the mesh. It
     /// is drawn opaque and forward.
     pub base: Handle<StandardMaterial>,
     /// The mesh's own surface.

@@ -3,6 +3,8 @@
 //!
 //! Add [`RelievoPlugin`], and spawn a [`Carved`]. docs/bevy.md has a whole program.
 
+#![warn(missing_docs)]
+
 mod carved;
 mod hull;
 mod material;

@@ -101,8 +101,14 @@ impl CarvingUniform {
     }
 }
 
-/// Returns `base` as a carved object is drawn with it.
-pub(crate) fn opaque(base: Option<&StandardMaterial>) -> StandardMaterial {
+/// Returns the material of `base` as a carved object is drawn with it.
+pub(crate) fn opaque(
+    base: &Handle<StandardMaterial>,
+    materials: &Assets<StandardMaterial>,
+) -> StandardMaterial {
+    // Bevy has a pink one where none is set.
+    let is_set = *base != Handle::default();
+    let base = materials.get(base).filter(|_| is_set);
     StandardMaterial {
         alpha_mode: AlphaMode::Opaque,
         opaque_render_method: bevy::material::OpaqueRendererMethod::Forward,

@@ -167,7 +167,7 @@ fn finish(
         uniform.set(material);
         let [object, facets, map] = contents.map(|contents| buffers.add(contents));
         let material = CarvingMaterial {
-            base: opaque(bases.get(&material.base)),
+            base: opaque(&material.base, &bases),
             extension: Carving {
                 key,
                 uniform,
@@ -203,7 +203,7 @@ fn repaint(
             continue;
         }
         if let Some(mut drawn) = materials.get_mut(handle) {
-            drawn.base = opaque(bases.get(&material.base));
+            drawn.base = opaque(&material.base, &bases);
             drawn.extension.uniform.set(&material);
         }
     }

@@ -86,7 +86,7 @@ impl World {
     /// Returns what the pixels of the camera show, and where.
     fn seen(&self) -> Vec<(Thing, Vec3)> {
         let hits = self.hits(&CAMERA, SIZE);
-        let ray = |index: u32| direction(&CAMERA, SIZE, index % SIZE[0], index / SIZE[0]);
+        let ray = |index: u32| CAMERA.ray(SIZE, index % SIZE[0], index / SIZE[0]);
         (0..SIZE[0] * SIZE[1])
             .map(|index| {
                 let direction = ray(index);
@@ -154,14 +154,6 @@ impl World {
             })
             .collect()
     }
-}
-
-fn direction(view: &View, size: [u32; 2], x: u32, y: u32) -> Vec3 {
-    let tangent = (0.5 * view.field_of_view.to_radians()).tan();
-    let [width, height] = size.map(|side| side as f32);
-    let right = (2.0 * (x as f32 + 0.5) / width - 1.0) * tangent * width / height;
-    let up = (1.0 - 2.0 * (y as f32 + 0.5) / height) * tangent;
-    (view.transform().rotation * Vec3::new(right, up, -1.0)).normalize()
 }
 
 /// Returns the distance at which a ray meets the cube.

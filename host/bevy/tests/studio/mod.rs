@@ -195,9 +195,15 @@ impl Studio {
     /// Draws until every carved entity is prepared and every pipeline compiled, and takes a
     /// picture.
     pub fn take(&mut self) -> Picture {
+        self.take_moving(|_| ())
+    }
+
+    /// The same, and calls `change` before each frame up to that of the picture.
+    pub fn take_moving(&mut self, mut change: impl FnMut(&mut World)) -> Picture {
         let begin = std::time::Instant::now();
         let mut quiet = 0;
         while quiet < 3 {
+            change(self.app.world_mut());
             self.app.update();
             let world = self.app.world_mut();
             let waiting = world
@@ -211,10 +217,10 @@ impl Studio {
             );
         }
         self.check_pipelines();
-        self.app.world_mut().resource_mut::<Taken>().0 = None;
-        self.app
-            .world_mut()
-            .spawn(Screenshot::image(self.target.clone()));
+        let world = self.app.world_mut();
+        world.resource_mut::<Taken>().0 = None;
+        world.spawn(Screenshot::image(self.target.clone()));
+        change(world);
         loop {
             self.app.update();
             if let Some(picture) = self.app.world_mut().resource_mut::<Taken>().0.take() {
@@ -254,6 +260,23 @@ pub struct View {
 impl View {
     pub fn transform(&self) -> Transform {
         Transform::from_translation(self.eye).looking_at(self.target, Vec3::Y)
+    }
+
+    /// Returns the unit vector from the eye through a pixel.
+    pub fn ray(&self, size: [u32; 2], x: u32, y: u32) -> Vec3 {
+        let tangent = (0.5 * self.field_of_view.to_radians()).tan();
+        let [width, height] = size.map(|side| side as f32);
+        let right = (2.0 * (x as f32 + 0.5) / width - 1.0) * tangent * width / height;
+        let up = (1.0 - 2.0 * (y as f32 + 0.5) / height) * tangent;
+        (self.transform().rotation * Vec3::new(right, up, -1.0)).normalize()
+    }
+
+    /// Returns where in the picture a point is, from 0 at the left and the top to 1.
+    pub fn project(&self, size: [u32; 2], point: Vec3) -> Vec2 {
+        let tangent = (0.5 * self.field_of_view.to_radians()).tan();
+        let local = self.transform().rotation.inverse() * (point - self.eye);
+        let aspect = size[0] as f32 / size[1] as f32;
+        0.5 + 0.5 * Vec2::new(local.x / aspect, -local.y) / (-local.z * tangent)
     }
 }
 
