@@ -12,9 +12,9 @@ use relievo::prepare::PreparedObject;
 use relievo_shared::layout::{PrismData, Triangle};
 use relievo_shared::prism::{cap_hull, is_open, normal_hull};
 
-/// Direction and length in which a corner moves when the sides of its triangle move out by 1.
-pub(crate) const OUTWARD: MeshVertexAttribute =
-    MeshVertexAttribute::new("Relievo_Outward", 0x7e11_e001, VertexFormat::Float32x3);
+/// Direction and length in which a corner moves when the sides of its triangle move out by 1. It
+/// takes the place of normals, whose lack Bevy's prepass warns of.
+pub(crate) const OUTWARD: MeshVertexAttribute = Mesh::ATTRIBUTE_NORMAL;
 /// Centre and radius of a ball around the facet's shell.
 pub(crate) const BALL: MeshVertexAttribute =
     MeshVertexAttribute::new("Relievo_Ball", 0x7e11_e002, VertexFormat::Float32x4);

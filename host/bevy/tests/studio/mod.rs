@@ -100,6 +100,11 @@ pub struct Studio {
 impl Studio {
     /// Opens an app that draws pictures of `size` pixels.
     pub fn open(size: [u32; 2]) -> Studio {
+        Studio::open_with(size, |_| ())
+    }
+
+    /// The same, with more plugins.
+    pub fn open_with(size: [u32; 2], add: impl FnOnce(&mut App)) -> Studio {
         // One app of the process collects the messages of all.
         static COLLECTS: AtomicBool = AtomicBool::new(false);
         let mut app = App::new();
@@ -150,6 +155,7 @@ impl Studio {
                     });
                 },
             );
+        add(&mut app);
         while app.plugins_state() == PluginsState::Adding {
             bevy::tasks::tick_global_task_pools_on_main_thread();
         }
