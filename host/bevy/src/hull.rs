@@ -1,7 +1,7 @@
 //! What is drawn of an object: for each facet a shape that covers the pixels whose rays may enter
 //! it.
 //!
-//! The vertex shader (carved.wgsl) grows triangles by half a pixel, and covers the whole picture
+//! The vertex shader (carved.wgsl) grows triangles by a quarter of a pixel, and covers the whole picture
 //! for a facet whose shell may hold the eye.
 
 use bevy::asset::RenderAssetUsages;
