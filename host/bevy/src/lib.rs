@@ -11,16 +11,18 @@ mod material;
 mod pattern;
 mod preparation;
 mod prepare;
+mod scene;
 
 pub use carved::{Carved, CarvedMaterial, Finish};
 pub use material::Carving;
 pub use pattern::{Pattern, PatternError, PatternLoader, PatternSettings};
 pub use preparation::IsPrepared;
 pub use relievo::scene::{Technique, Tier};
+pub use scene::{CarvedScene, CarvedSceneRoot, SceneLoadError, SceneLoader};
 
 use bevy::prelude::*;
 
-/// Draws entities with a [`Carved`].
+/// Draws entities with a [`Carved`], and spawns those of a [`CarvedSceneRoot`].
 pub struct RelievoPlugin;
 
 impl Plugin for RelievoPlugin {
@@ -29,6 +31,7 @@ impl Plugin for RelievoPlugin {
             pattern::PatternPlugin,
             material::CarvingPlugin,
             preparation::PreparationPlugin,
+            scene::ScenePlugin,
         ));
     }
 }

@@ -5,6 +5,7 @@ use crate::prepare::{Prepared, mesh_data, prepare};
 use crate::{Carved, CarvedMaterial, Pattern};
 use bevy::asset::{AssetEventSystems, LoadState};
 use bevy::camera::visibility::NoAutoAabb;
+use bevy::ecs::system::SystemParam;
 use bevy::platform::collections::HashSet;
 use bevy::prelude::*;
 use bevy::render::storage::ShaderBuffer;
@@ -119,8 +120,64 @@ fn describe(entity: Entity, name: Option<&Name>) -> String {
     }
 }
 
+/// Where what is drawn is kept.
+#[derive(SystemParam)]
+pub(crate) struct Stores<'w> {
+    shaders: ResMut<'w, Assets<Shader>>,
+    buffers: ResMut<'w, Assets<ShaderBuffer>>,
+    meshes: ResMut<'w, Assets<Mesh>>,
+    materials: ResMut<'w, Assets<CarvingMaterial>>,
+    bases: Res<'w, Assets<StandardMaterial>>,
+}
+
+impl Stores<'_> {
+    /// Returns the components that show an object.
+    pub(crate) fn show(
+        &mut self,
+        prepared: Prepared,
+        repeat: Vec2,
+        material: &CarvedMaterial,
+    ) -> impl Bundle + use<> {
+        let Prepared {
+            key,
+            shader,
+            buffers,
+            hull,
+            origin,
+        } = prepared;
+        // The shader of a key is always the same.
+        if !self.shaders.contains(&key.handle()) {
+            let inserted = self.shaders.insert(&key.handle(), shader);
+            debug_assert!(inserted.is_ok(), "the handle has no generation");
+        }
+        let mut uniform = CarvingUniform {
+            ball: origin.extend(hull.radius),
+            repeat,
+            ..CarvingUniform::default()
+        };
+        uniform.set(material);
+        let [object, facets, map] = buffers.map(|contents| self.buffers.add(contents));
+        let material = CarvingMaterial {
+            base: opaque(&material.base, &self.bases),
+            extension: Carving {
+                key,
+                uniform,
+                object,
+                facets,
+                map,
+            },
+        };
+        (
+            Mesh3d(self.meshes.add(hull.mesh)),
+            MeshMaterial3d(self.materials.add(material)),
+            hull.bounds,
+            NoAutoAabb,
+            IsPrepared,
+        )
+    }
+}
+
 /// Shows the entities that have been prepared.
-#[allow(clippy::too_many_arguments)] // The parameters of a system.
 fn finish(
     mut commands: Commands,
     mut preparing: Query<(
@@ -130,59 +187,20 @@ fn finish(
         &CarvedMaterial,
         Option<&Name>,
     )>,
-    mut shaders: ResMut<Assets<Shader>>,
-    mut buffers: ResMut<Assets<ShaderBuffer>>,
-    mut meshes: ResMut<Assets<Mesh>>,
-    mut materials: ResMut<Assets<CarvingMaterial>>,
-    bases: Res<Assets<StandardMaterial>>,
+    mut stores: Stores,
 ) {
     for (entity, mut task, carved, material, name) in &mut preparing {
         let Some(result) = block_on(poll_once(&mut task.0)) else {
             continue;
         };
-        commands.entity(entity).remove::<Preparing>();
-        let Prepared {
-            key,
-            shader,
-            buffers: contents,
-            hull,
-            origin,
-        } = match result {
-            Ok(prepared) => prepared,
-            Err(problem) => {
-                error!("{}: {problem}", describe(entity, name));
-                continue;
+        let mut commands = commands.entity(entity);
+        commands.remove::<Preparing>();
+        match result {
+            Ok(prepared) => {
+                commands.insert(stores.show(prepared, carved.repeat, material));
             }
-        };
-        // The shader of a key is always the same.
-        if !shaders.contains(&key.handle()) {
-            let inserted = shaders.insert(&key.handle(), shader);
-            debug_assert!(inserted.is_ok(), "the handle has no generation");
+            Err(problem) => error!("{}: {problem}", describe(entity, name)),
         }
-        let mut uniform = CarvingUniform {
-            ball: origin.extend(hull.radius),
-            repeat: carved.repeat,
-            ..CarvingUniform::default()
-        };
-        uniform.set(material);
-        let [object, facets, map] = contents.map(|contents| buffers.add(contents));
-        let material = CarvingMaterial {
-            base: opaque(&material.base, &bases),
-            extension: Carving {
-                key,
-                uniform,
-                object,
-                facets,
-                map,
-            },
-        };
-        commands.entity(entity).insert((
-            Mesh3d(meshes.add(hull.mesh)),
-            MeshMaterial3d(materials.add(material)),
-            hull.bounds,
-            NoAutoAabb,
-            IsPrepared,
-        ));
     }
 }
 

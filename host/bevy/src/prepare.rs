@@ -10,7 +10,7 @@ use bevy::render::storage::ShaderBuffer;
 use bevy::shader::Shader;
 use relievo::export::EngineHit;
 use relievo::mesh::MeshData;
-use relievo::prepare::prepare as prepare_scene;
+use relievo::prepare::PreparedObject;
 use relievo::scene::{Scene, SceneObject, Shape};
 use relievo::shape_map;
 use std::sync::Arc;
@@ -107,17 +107,67 @@ pub(crate) fn prepare(
     pattern: Arc<shape_map::Pattern>,
 ) -> Result<Prepared, String> {
     let scene = Scene::default().object(object(carved, mesh, pattern));
-    let scene = prepare_scene(&scene, &|_| ()).map_err(|error| error.to_string())?;
-    let object = &scene.objects[0];
+    let scene = relievo::prepare::prepare(&scene, &|_| ()).map_err(|error| error.to_string())?;
+    prepared(
+        &scene.objects[0],
+        narrow(scene.origin.to_array()),
+        carved.repeat,
+    )
+}
+
+fn narrow(vector: [f64; 3]) -> Vec3 {
+    Vec3::from(vector.map(|part| part as f32))
+}
+
+/// Returns what an object is drawn with, whose positions are relative to `origin` in the space of
+/// the mesh.
+fn prepared(object: &PreparedObject, origin: Vec3, repeat: Vec2) -> Result<Prepared, String> {
     let hit = EngineHit::of(object);
     let shader = shader(&hit).map_err(|error| error.to_string())?;
-    let origin = Vec3::from(scene.origin.to_array().map(|part| part as f32));
     let buffer = |bytes: &[u8]| ShaderBuffer::new(bytes, RenderAssetUsages::RENDER_WORLD);
     Ok(Prepared {
         key: CarvingKey::of(hit.shader()),
         shader,
         buffers: hit.buffers().map(|bytes| buffer(&bytes)),
-        hull: hull(object, origin, carved.repeat),
+        hull: hull(object, origin, repeat),
         origin,
     })
+}
+
+/// A prepared object of a scene.
+pub(crate) struct Placed {
+    pub object: Prepared,
+    pub name: String,
+    /// Number of the object in the scene.
+    pub number: usize,
+    pub repeat: Vec2,
+    pub transform: Transform,
+}
+
+/// Prepares the objects of a scene.
+///
+/// # Errors
+/// What is wrong with it, and the remedy.
+pub(crate) fn prepare_scene(scene: &Scene) -> Result<Vec<Placed>, String> {
+    let all = relievo::prepare::prepare(scene, &|_| ()).map_err(|error| error.to_string())?;
+    let origin = narrow(all.origin.to_array());
+    let place = |object: &PreparedObject| {
+        let transform = object.placement.map_or(Transform::IDENTITY, |placement| {
+            let turn = placement.rotation.to_array().map(|part| part as f32);
+            Transform {
+                translation: narrow(placement.translation.to_array()),
+                rotation: Quat::from_array(turn).normalize(),
+                scale: Vec3::splat(placement.scale as f32),
+            }
+        });
+        let repeat = scene.objects[object.number].repeat.map(|part| part as f32);
+        Ok(Placed {
+            object: prepared(object, Vec3::ZERO, repeat.into())?,
+            name: object.name.clone(),
+            number: object.number,
+            repeat: repeat.into(),
+            transform: Transform::from_translation(origin) * transform,
+        })
+    };
+    all.objects.iter().map(place).collect()
 }

@@ -369,8 +369,24 @@ impl Twin {
             .raised(carved.raised);
         object.depth = carved.depth.map(f64::from);
         let scene = Scene::default().supersample(false).object(object);
+        Twin::of(scene)
+    }
+
+    /// Prepares a scene.
+    pub fn of(scene: Scene) -> Twin {
         let prepared = prepare(&scene, &|_| ()).expect("a scene");
         Twin { scene, prepared }
+    }
+
+    /// Returns the view of the scene's own camera.
+    pub fn view(&self) -> View {
+        let RelievoCamera { eye, target, .. } = self.prepared.camera;
+        View {
+            eye: Vec3::from(eye.map(|part| part as f32)),
+            target: Vec3::from(target.map(|part| part as f32)),
+            field_of_view: self.scene.field_of_view as f32,
+            near: 0.1,
+        }
     }
 
     /// Returns what each pixel of a picture hits; the view is in the space of the object.
