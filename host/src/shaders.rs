@@ -7,6 +7,7 @@ use relievo_shared::layout::{
     SEARCH_RELIEF, Triangle,
 };
 use relievo_shared::{for_each_facet, for_each_search};
+use relievo_translate::constants;
 use std::borrow::Cow;
 
 /// The modules of one folder of `assets/shaders`, one for each of the entry points.
@@ -62,11 +63,13 @@ pub(crate) static HITS: Files = for_each_search!(hits);
 #[cfg(target_arch = "wasm32")]
 pub(crate) static HITS: Files = &[];
 
-/// Returns the words of the module with an entry point; `None` if it is not built in.
+/// Returns the words of the module with an entry point, whose specialization constants have their
+/// own values; `None` if it is not built in.
 pub(crate) fn words(files: Files, entry_point: &str) -> Option<Vec<u32>> {
     let (_, bytes) = files.iter().find(|(name, _)| *name == entry_point)?;
     let (words, _) = bytes.as_chunks::<4>();
-    Some(words.iter().copied().map(u32::from_le_bytes).collect())
+    let words: Vec<u32> = words.iter().copied().map(u32::from_le_bytes).collect();
+    Some(constants::set(&words, &[]).into_owned())
 }
 
 /// Features that an object's shaders contain.
