@@ -5,7 +5,7 @@
 //! away are drawn, so that a camera may be inside.
 
 use crate::prepare::PreparedObject;
-use crate::render::gpu::Facets;
+use crate::shaders::Facets;
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
 use relievo_shared::layout::PrismData;
