@@ -62,7 +62,7 @@ fn setup(
         Transform::from_xyz(-1.5, 1.2, -1.6).with_rotation(Quat::from_rotation_y(0.5)),
     ));
 
-    // A ring that one sees through.
+    // A ring of discs.
     let ring = Torus {
         minor_radius: 0.35,
         major_radius: 0.8,

@@ -6,7 +6,7 @@ use super::shader::name;
 use naga::compact::{KeepUnused, compact};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga::{Expression, Function, Module, Span, StructMember, Type, TypeInner};
-use relievo_translate::{METAL_SIZES, Target, Written, finish, portable};
+use relievo_translate::{Target, Written, portable};
 
 /// A name and its meaning.
 pub(super) struct Described {
@@ -204,14 +204,21 @@ pub(super) fn picture(
     })
 }
 
+/// A browser gets no functions: what reads WGSL would make its page larger by a tenth.
+#[cfg(target_arch = "wasm32")]
+fn written(_: &str, _: &str, _: Target) -> Result<Written, String> {
+    Err(super::NOT_BUILT_IN.to_string())
+}
+
 /// Translates one entry point of WGSL.
+#[cfg(not(target_arch = "wasm32"))]
 fn written(source: &str, entry_point: &str, target: Target) -> Result<Written, String> {
     let mut module =
         naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
     module
         .entry_points
         .retain(|entry| entry.name == entry_point);
-    finish(&mut module, target, METAL_SIZES)
+    relievo_translate::finish(&mut module, target, relievo_translate::METAL_SIZES)
 }
 
 /// Turns the entry point into the function: locations become arguments, and fields of its result.
