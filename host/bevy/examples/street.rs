@@ -75,7 +75,7 @@ fn setup(
     commands.spawn((
         Carved {
             repeat: Vec2::new(10.0, 4.0),
-            depth: Some(0.14),
+            depth: Some(0.08),
             technique: Technique::Rounded,
             ..Carved::new(meshes.add(ring), assets.load("patterns/discs.png"))
         },

@@ -18,9 +18,10 @@ struct Vertex {
     @builtin(instance_index) instance: u32,
     @location(0) position: vec3<f32>,
     @location(1) outward: vec3<f32>,
-    @location(2) ball: vec4<f32>,
-    @location(3) whole: vec2<f32>,
-    @location(4) facet: u32,
+    @location(2) facing: vec3<f32>,
+    @location(3) ball: vec4<f32>,
+    @location(4) whole: vec2<f32>,
+    @location(5) facet: u32,
 }
 
 struct Varyings {
@@ -49,10 +50,22 @@ fn vertex(in: Vertex) -> Varyings {
     out.instance = in.instance;
     out.whole = in.whole;
 
-    // A quarter of a pixel more on each side, so that no pixel is left out between two facets.
-    let corner = view.clip_from_world * (world_from_local * vec4<f32>(in.position, 1.0));
-    let margin = 0.5 * abs(corner.w) / (view.viewport.w * abs(view.clip_from_view[1].y));
-    let position = in.position + in.outward * (margin / scale);
+    // So many pixels more on each side that no pixel is left out between two facets.
+#ifdef RELIEVO_MULTISAMPLED
+    // All samples of a pixel have what the ray through its centre hits: none lies as far from it.
+    let pixels = 0.75;
+#else
+    let pixels = 0.25;
+#endif
+    let place = world_from_local * vec4<f32>(in.position, 1.0);
+    let corner = view.clip_from_world * place;
+    let pixel = 2.0 * abs(corner.w) / (view.viewport.w * abs(view.clip_from_view[1].y));
+    // What is seen from the side grows by less in the picture.
+    let forward = -view.world_from_view[2].xyz;
+    let towards = normalize(select(place.xyz - view.world_position, forward, is_orthographic()));
+    let normal = (world_from_local * vec4<f32>(in.facing, 0.0)).xyz / scale;
+    let foreshortening = select(1.0, max(abs(dot(normal, towards)), 0.05), any(in.facing != vec3<f32>()));
+    let position = in.position + in.outward * (pixels * pixel / (scale * foreshortening));
     out.position = view.clip_from_world * (world_from_local * vec4<f32>(position, 1.0));
     // What is in front of the near plane still has rays that go on behind it.
     out.position.z = min(out.position.z, out.position.w);

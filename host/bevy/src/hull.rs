@@ -1,8 +1,8 @@
 //! What is drawn of an object: for each facet a shape that covers the pixels whose rays may enter
 //! it.
 //!
-//! The vertex shader (carved.wgsl) grows triangles by a quarter of a pixel, and covers the whole picture
-//! for a facet whose shell may hold the eye.
+//! The vertex shader (carved.wgsl) grows them by a part of a pixel, and covers the whole picture for a
+//! facet whose shell may hold the eye.
 
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::primitives::Aabb;
@@ -12,9 +12,12 @@ use relievo::prepare::PreparedObject;
 use relievo_shared::layout::{PrismData, Triangle};
 use relievo_shared::prism::{cap_hull, is_open, normal_hull};
 
-/// Direction and length in which a corner moves when the sides of its triangle move out by 1. It
-/// takes the place of normals, whose lack Bevy's prepass warns of.
-pub(crate) const OUTWARD: MeshVertexAttribute = Mesh::ATTRIBUTE_NORMAL;
+/// Direction and length in which a corner moves when the sides of its triangle, or the faces around
+/// its prism, move out by 1.
+pub(crate) const OUTWARD: MeshVertexAttribute =
+    MeshVertexAttribute::new("Relievo_Outward", 0x7e11_e001, VertexFormat::Float32x3);
+/// Unit normal of a triangle that is seen smaller from the side; 0 for a shape around a prism.
+pub(crate) const FACING: MeshVertexAttribute = Mesh::ATTRIBUTE_NORMAL;
 /// Centre and radius of a ball around the facet's shell.
 pub(crate) const BALL: MeshVertexAttribute =
     MeshVertexAttribute::new("Relievo_Ball", 0x7e11_e002, VertexFormat::Float32x4);
@@ -46,6 +49,7 @@ pub(crate) struct Hull {
 struct Vertices {
     position: Vec<Vec3>,
     outward: Vec<Vec3>,
+    facing: Vec<Vec3>,
     ball: Vec<Vec4>,
     whole: Vec<Vec2>,
     facet: Vec<u32>,
@@ -57,6 +61,7 @@ impl Vertices {
         for (corner, (position, outward)) in (0..).zip(corners.into_iter().zip(outward)) {
             self.position.push(position);
             self.outward.push(outward);
+            self.facing.push(facet.facing);
             self.ball.push(facet.ball);
             self.whole.push(facet.whole);
             self.facet
@@ -68,6 +73,7 @@ impl Vertices {
 /// What the vertices of a facet have in common.
 struct Facet {
     index: u32,
+    facing: Vec3,
     ball: Vec4,
     whole: Vec2,
 }
@@ -81,6 +87,7 @@ pub(crate) fn hull(object: &PreparedObject, origin: Vec3, repeat: Vec2) -> Hull 
         let corners = triangle.corners.map(|corner| Vec3::from(corner.position));
         let facet = Facet {
             index: index as u32,
+            facing: facing(corners),
             ball: ball_around(corners, depth),
             whole: whole_repeats(object, index, triangle, repeat),
         };
@@ -90,6 +97,7 @@ pub(crate) fn hull(object: &PreparedObject, origin: Vec3, repeat: Vec2) -> Hull 
                 let centre = Vec3::from(prism.anchor) + Vec3::from(prism.centre);
                 let facet = Facet {
                     ball: centre.extend(radius),
+                    facing: Vec3::ZERO,
                     ..facet
                 };
                 add_prism(&mut vertices, &facet, prism, corners, depth);
@@ -125,6 +133,7 @@ pub(crate) fn hull(object: &PreparedObject, origin: Vec3, repeat: Vec2) -> Hull 
     let mesh = Mesh::new(PrimitiveTopology::TriangleList, usage)
         .with_inserted_attribute(Mesh::ATTRIBUTE_POSITION, vertices.position)
         .with_inserted_attribute(OUTWARD, vertices.outward)
+        .with_inserted_attribute(FACING, vertices.facing)
         .with_inserted_attribute(BALL, vertices.ball)
         .with_inserted_attribute(WHOLE, vertices.whole)
         .with_inserted_attribute(FACET, vertices.facet);
@@ -146,6 +155,11 @@ fn whole_repeats(object: &PreparedObject, index: usize, triangle: &Triangle, rep
     let uv = object.mesh.triangles[index].corners[0].uv;
     let whole = Vec2::new(uv.x as f32, -uv.y as f32) * repeat;
     (whole - Vec2::from(triangle.corners[0].uv)).round()
+}
+
+/// Returns the unit normal of a triangle; 0 if it has no area.
+fn facing([a, b, c]: [Vec3; 3]) -> Vec3 {
+    (b - a).cross(c - a).normalize_or_zero()
 }
 
 /// Returns for each corner how it moves when the sides move out by 1.
@@ -181,9 +195,21 @@ fn add_prism(
         polygon.iter().map(lift).collect()
     };
     let (bottom, top) = (side(low), side(high));
+    // Larger by the same factor from the centre, its nearest face moves out by 1, and others by more.
+    let corners = bottom.iter().chain(&top);
+    let centre = corners.sum::<Vec3>() / (2 * polygon.len()) as f32;
+    let from_sides = (0..polygon.len()).map(|i| {
+        let (start, end) = (top[i], top[(i + 1) % polygon.len()]);
+        (end - start)
+            .cross(up)
+            .normalize_or_zero()
+            .dot(start - centre)
+    });
+    let nearest = from_sides.fold(0.5 * (high - low), f32::min);
+    let outward = |corner: Vec3| (corner - centre) / nearest.max(f32::MIN_POSITIVE);
     let mut is_first = true;
     let mut add = |corners: [Vec3; 3]| {
-        vertices.triangle(facet, corners, [Vec3::ZERO; 3], is_first);
+        vertices.triangle(facet, corners, corners.map(outward), is_first);
         is_first = false;
     };
     for i in 1..polygon.len() - 1 {

@@ -1,6 +1,6 @@
 //! How a carved object is drawn: Bevy's standard material, extended by the hit.
 
-use crate::hull::{BALL, FACET, OUTWARD, WHOLE};
+use crate::hull::{BALL, FACET, FACING, OUTWARD, WHOLE};
 use crate::{CarvedMaterial, Finish};
 use bevy::asset::uuid::Uuid;
 use bevy::asset::{Asset, Handle};
@@ -168,13 +168,15 @@ impl MaterialExtension for Carving {
         descriptor.vertex.buffers = vec![layout.0.get_layout(&[
             Mesh::ATTRIBUTE_POSITION.at_shader_location(0),
             OUTWARD.at_shader_location(1),
-            BALL.at_shader_location(2),
-            WHOLE.at_shader_location(3),
-            FACET.at_shader_location(4),
+            FACING.at_shader_location(2),
+            BALL.at_shader_location(3),
+            WHOLE.at_shader_location(4),
+            FACET.at_shader_location(5),
         ])?];
         let is_shadow = key
             .mesh_key
             .contains(MeshPipelineKey::UNCLIPPED_DEPTH_ORTHO);
+        let is_multisampled = key.mesh_key.msaa_samples() > 1;
         let add = |defs: &mut Vec<ShaderDefVal>| {
             // What the hit gives, whatever the vertices have.
             let given = [
@@ -186,6 +188,9 @@ impl MaterialExtension for Carving {
             defs.extend(given.map(ShaderDefVal::from));
             if is_shadow {
                 defs.push("RELIEVO_SHADOW".into());
+            }
+            if is_multisampled {
+                defs.push("RELIEVO_MULTISAMPLED".into());
             }
         };
         add(&mut descriptor.vertex.shader_defs);

@@ -91,6 +91,20 @@ fn classes_are_those_of_the_cpu() {
         let different = differences(&mut studio, carved, place, &view, name);
         assert!(different <= 40, "{name}: {different}");
     }
+    // A pixel's ray decides for all of its samples, in the prisms of the accurate tier, too.
+    let mut with_samples = studio.app.world_mut().entity_mut(camera);
+    with_samples.insert(Msaa::Sample4);
+    for (name, tier) in [
+        ("samples", Tier::Fast),
+        ("samples-accurate", Tier::Accurate),
+    ] {
+        let carved = Carved {
+            tier,
+            ..carved.clone()
+        };
+        let different = differences(&mut studio, carved, turned, &view, name);
+        assert!(different <= 40, "{name}: {different}");
+    }
     // The eye in the shell: between two discs of the torus.
     studio.app.world_mut().entity_mut(camera).despawn();
     let inside = View {
