@@ -50,7 +50,7 @@ fn vertex(in: Vertex) -> Varyings {
     out.instance = in.instance;
     out.whole = in.whole;
 
-    // So many pixels more on each side that no pixel is left out between two facets.
+    // The facet grows by this on each side, so that no pixel is left out between two of them.
 #ifdef RELIEVO_MULTISAMPLED
     // All samples of a pixel have what the ray through its centre hits: none lies as far from it.
     let pixels = 0.75;

@@ -4,21 +4,9 @@ mod studio;
 
 use bevy::prelude::*;
 use relievo_bevy::{Carved, Pattern, Technique, Tier};
-use studio::{Studio, Twin, View, assert_no_messages, class_material, class_of, pattern};
+use studio::{Studio, Twin, View, assert_no_messages, class_material, class_of, pattern, torus};
 
 const SIZE: [u32; 2] = [320, 240];
-
-fn torus() -> Mesh {
-    let torus = Torus {
-        minor_radius: 0.4,
-        major_radius: 1.0,
-    };
-    torus
-        .mesh()
-        .minor_resolution(24)
-        .major_resolution(48)
-        .build()
-}
 
 /// Draws `carved` in `place` and compares the classes with the CPU's. Returns the differences.
 fn differences(

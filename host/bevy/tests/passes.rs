@@ -10,7 +10,7 @@ use bevy::render::render_resource::AsBindGroup;
 use bevy::shader::{Shader, ShaderRef};
 use relievo_bevy::{Carved, CarvedMaterial, Finish, IsPrepared, Pattern};
 use std::sync::Mutex;
-use studio::{MESSAGES, Picture, Studio, Twin, View, class_material, class_of, pattern};
+use studio::{MESSAGES, Picture, Studio, Twin, View, class_material, class_of, pattern, torus};
 
 const SIZE: [u32; 2] = [240, 180];
 
@@ -23,18 +23,6 @@ const VIEW: View = View {
     field_of_view: 45.0,
     near: 0.05,
 };
-
-fn torus() -> Mesh {
-    let torus = Torus {
-        minor_radius: 0.4,
-        major_radius: 1.0,
-    };
-    torus
-        .mesh()
-        .minor_resolution(24)
-        .major_resolution(48)
-        .build()
-}
 
 fn carved(studio: &mut Studio) -> Carved {
     Carved::new(

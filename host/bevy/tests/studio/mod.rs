@@ -28,6 +28,19 @@ use std::path::PathBuf;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Returns a ring of 24 × 48 faces.
+pub fn torus() -> Mesh {
+    let torus = Torus {
+        minor_radius: 0.4,
+        major_radius: 1.0,
+    };
+    torus
+        .mesh()
+        .minor_resolution(24)
+        .major_resolution(48)
+        .build()
+}
+
 /// Every warning and error since the program began, those of the validation layers included.
 pub static MESSAGES: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
