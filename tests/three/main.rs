@@ -3,6 +3,7 @@
 mod rays;
 
 use crate::browser::{Page, chromium};
+use data_url::forgiving_base64::decode_to_vec;
 use glam::{DVec3, DVec4};
 use rays::{Cuboid, Hit, Rays};
 use relievo::export::{Options, Output, Target, export};
@@ -180,22 +181,8 @@ impl Picture {
     }
 }
 
-/// Decodes base64.
 fn base64(text: &str) -> Vec<u8> {
-    let value = |letter: u8| match letter {
-        b'A'..=b'Z' => letter - b'A',
-        b'a'..=b'z' => letter - b'a' + 26,
-        b'0'..=b'9' => letter - b'0' + 52,
-        b'+' => 62,
-        _ => 63,
-    };
-    let letters = text.trim_end_matches('=').as_bytes();
-    let of_four = |letters: &[u8]| {
-        let join = |bits: u32, letter: &u8| bits << 6 | u32::from(value(*letter));
-        let bits = letters.iter().fold(0, join) << (6 * (4 - letters.len()));
-        bits.to_be_bytes()[1..letters.len()].to_vec()
-    };
-    letters.chunks(4).flat_map(of_four).collect()
+    decode_to_vec(text.as_bytes()).expect("it is base64")
 }
 
 /// A scene with the page's camera.
