@@ -25,7 +25,7 @@
 use crate::budget::{FAST, PLANAR, Plan};
 use crate::prepare::{PreparedLighting, PreparedObject, PreparedScene};
 use crate::render::RenderError;
-use crate::render::gpu::{Memory, Module, Pictures, Shaders, shade_of};
+use crate::render::gpu::{Memory, Module, Pass, Pictures, Shaders};
 use crate::shaders::{EntryPoints, Extent};
 use relievo_shaders::Compiled;
 use relievo_shared::layout::{
@@ -81,11 +81,9 @@ pub struct ObjectPlan {
 pub struct LightingPlan {
     /// All features, used or not.
     pub features: Vec<Feature>,
-    /// The shader that shades a pixel.
-    pub shader: &'static str,
-    /// It in the exact module, in the one with fused sums, and in the
-    /// fast one: instructions.
-    pub instructions: [usize; 3],
+    /// The shaders that shade a pixel, with their instructions in the exact module, in the one
+    /// with fused sums, and in the fast one.
+    pub shaders: Vec<(&'static str, [usize; 3])>,
 }
 
 /// Explanation of a scene.
@@ -130,11 +128,14 @@ pub fn explain(scene: &PreparedScene, plans: &[Option<Plan>]) -> Result<Explanat
             .collect(),
         lighting: scene.lighting.as_deref().map(|lighting| LightingPlan {
             features: lighting_features(lighting),
-            shader: shade_of(lighting.has_smooth_edges),
-            instructions: modules.each_ref().map(|(_, module)| {
-                let shader = shade_of(lighting.has_smooth_edges);
-                module.instructions(shader).unwrap_or_default()
-            }),
+            shaders: Pass::of(lighting)
+                .iter()
+                .map(|pass| {
+                    let shader = pass.fragment();
+                    let count = |module: &Module| module.instructions(shader).unwrap_or_default();
+                    (shader, modules.each_ref().map(|(_, module)| count(module)))
+                })
+                .collect(),
         }),
         outside: scene.outside.clone(),
         memory: Memory::of(scene, Extent::Needed, Pictures::Color),
@@ -208,6 +209,15 @@ fn lighting_features(lighting: &PreparedLighting) -> Vec<Feature> {
             why: match lighting.has_smooth_edges {
                 true => "pixels are blended with their neighbours".to_string(),
                 false => "image.smooth_edges is off".to_string(),
+            },
+        },
+        Feature {
+            name: "means of small patterns",
+            is_in: lighting.has_charts(),
+            why: match (lighting.has_charts(), lighting.has_smooth_edges) {
+                (true, _) => "pixels that are wider than a groove show the mean".to_string(),
+                (_, true) => "all objects are cut out or have the paper's map".to_string(),
+                _ => "image.smooth_edges is off".to_string(),
             },
         },
     ]
@@ -347,12 +357,12 @@ impl fmt::Display for Explanation {
                 let place = if feature.is_in { "in " } else { "out" };
                 writeln!(formatter, "  {place} {}: {}", feature.name, feature.why)?;
             }
-            let [exact, fused, fast] = lighting.instructions;
-            writeln!(
-                formatter,
-                "  shader {}, once a pixel: {exact} instructions exact, {fused} fused, {fast} fast",
-                lighting.shader
-            )?;
+            for (shader, [exact, fused, fast]) in &lighting.shaders {
+                writeln!(
+                    formatter,
+                    "  shader {shader}, once a pixel: {exact} instructions exact, {fused} fused, {fast} fast"
+                )?;
+            }
         }
         for name in &self.outside {
             writeln!(

@@ -29,7 +29,7 @@ macro_rules! renderer {
         special { $($facts:expr => $special:ident over $special_facet:ident
             draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
         files!($folder: place outlines outlines_planar outlines_prisms outlines_exits exits
-            screen shade shade_edges
+            screen shade mean shade_edges
             $($more)*
             $($color $shadow $geometry $surface
                 $($special_color $special_shadow $special_geometry $special_surface)*)*)

@@ -80,7 +80,7 @@ pub fn codes(
 
 /// Returns the code of a direction: its place on the square |x| + |y| = 1.
 #[inline]
-fn turn_of(v: Vec2) -> u32 {
+pub(crate) fn turn_of(v: Vec2) -> u32 {
     let x = div(v.x, max(abs(v.x) + abs(v.y), 1e-12));
     let turn = if v.y < 0.0 { 3.0 + x } else { 1.0 - x };
     (clamp(turn, 0.0, 4.0) * TURNS + 0.5) as u32 & LAST_TURN
@@ -88,7 +88,7 @@ fn turn_of(v: Vec2) -> u32 {
 
 /// Returns the unit vector of a code of [`turn_of`].
 #[inline]
-fn from_turn(code: u32) -> Vec2 {
+pub(crate) fn from_turn(code: u32) -> Vec2 {
     const TURN: Real = 1.0 / 16.0;
     let turn = code as i32 as Real * TURN;
     let is_up = turn > 2.0;

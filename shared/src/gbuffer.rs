@@ -6,16 +6,19 @@
 //! surface  class, flags, finish, edge, openness  normal  tangent  facet, edge
 //! ```
 //!
-//! Only objects with the flag [`KNOWS_EDGES`] have [edges](edge).
-//!
 //! Normal and tangent are unit vectors in world axes, in octahedral form. The tangent is the
 //! direction of growing u on caps and floors, and runs along the outline on walls and bevels.
+//!
+//! Only objects with the flag [`KNOWS_EDGES`] have [edges](edge). Hits with the flag [`KNOWS_MESH`]
+//! know the frame of the mesh's surface, too: walls and bevels then have the mesh's normal in
+//! place of the tangent, from which the tangent follows; and 6 of the bits of δ are the direction of
+//! growing u.
 
-use crate::arithmetic::{abs, clamp, div, kept3, max, normalize_or, sqrt};
-use crate::edge::{self, Edge};
+use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
+use crate::edge::{self, Edge, from_turn, turn_of};
 use crate::layout::vec3;
 use crate::model::{Model, Place, Ray, Traced};
-use crate::normals::{CLASS_CAP, HitSurface};
+use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL, HitSurface};
 use crate::openness::openness;
 use crate::shape_map::{ShapeMap, Texels};
 use crate::tangent::TangentFrame;
@@ -23,11 +26,15 @@ use crate::trace::{normals_on, word};
 use crate::{Real, Vec2, Vec3};
 use glam::UVec4;
 
-/// Steps of a coordinate in octahedral form.
+/// Steps of a coordinate in octahedral form, and of δ.
 const STEPS: Real = 65_535.0;
+/// Steps of δ where hits know the mesh, and the place of the direction beside it.
+const DEPTH_STEPS: Real = 1_023.0;
+const TURN: u32 = 10;
 /// Bits of the class.
 const CLASS: u32 = 7;
-/// The bitangent runs against growing v, or against the depth.
+/// The bitangent runs against growing v, or against the depth. On walls and bevels that know the
+/// mesh: the normal of the mesh × the direction of growing u runs against growing v.
 const MIRRORED: u32 = 1 << 3;
 /// The outline runs along v rather than along u.
 const ALONG_V: u32 = 1 << 4;
@@ -48,6 +55,8 @@ const UPPER: u32 = 0xffff_0000;
 pub const MOST_FINISHES: u32 = FINISH.1 + 1;
 /// Flag of [`Object::finish`](crate::layout::Object::finish): hits know their edges.
 pub const KNOWS_EDGES: u32 = 1 << 31;
+/// Flag of it: hits know the mesh's surface. All objects of a scene with smooth edges have it.
+pub const KNOWS_MESH: u32 = 1 << 30;
 /// Largest number of facets of an object.
 pub const MOST_FACETS: u32 = 1 << EDGE_DIRECTION;
 
@@ -80,6 +89,72 @@ pub struct Sample {
     pub edge: Edge,
     /// Share of the light from all directions that arrives, 0…1.
     pub openness: Real,
+}
+
+/// The frame of the mesh's surface at a hit.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeshFrame {
+    /// Unit normal, world axes.
+    pub normal: Vec3,
+    /// Unit direction of growing u.
+    pub along_u: Vec3,
+    /// Whether normal × `along_u` points against growing v.
+    pub is_mirrored: bool,
+}
+
+impl MeshFrame {
+    /// Returns that of the words of [`words`] of a hit that knows the mesh.
+    #[inline]
+    pub fn from_words(place: UVec4, surface: UVec4) -> MeshFrame {
+        let is_side = is_side(surface.x & CLASS);
+        let normal = from_octahedral(if is_side { surface.z } else { surface.y });
+        MeshFrame {
+            normal,
+            along_u: if is_side {
+                along_turn(normal, (place.w & !UPPER) >> TURN)
+            } else {
+                from_octahedral(surface.z)
+            },
+            is_mirrored: surface.x & MIRRORED != 0,
+        }
+    }
+
+    /// Returns the unit direction across `along_u`, towards growing v.
+    #[inline]
+    pub fn along_v(&self) -> Vec3 {
+        let across = self.normal.cross(self.along_u);
+        if self.is_mirrored { -across } else { across }
+    }
+}
+
+/// Returns two unit vectors across the unit vector `n` and across each other.
+#[inline]
+fn across(n: Vec3) -> [Vec3; 2] {
+    let axis = if abs(n.x) < 0.5 { Vec3::X } else { Vec3::Y };
+    let first = normalize_or(kept3(n.cross(axis)), Vec3::Z);
+    [first, n.cross(first)]
+}
+
+/// Returns the code of the direction `along` across the unit vector of octahedral form `normal`.
+#[inline]
+fn turn_on(normal: u32, along: Vec3) -> u32 {
+    // Relative to vectors that are found again.
+    let [first, second] = across(from_octahedral(normal));
+    turn_of(Vec2::new(kept(along.dot(first)), kept(along.dot(second))))
+}
+
+/// Returns the unit vector of a code of [`turn_on`], across the unit vector `normal`.
+#[inline]
+fn along_turn(normal: Vec3, code: u32) -> Vec3 {
+    let [first, second] = across(normal);
+    let turn = from_turn(code);
+    first * turn.x + second * turn.y
+}
+
+/// Returns whether `class` is that of a wall or a bevel.
+#[inline]
+pub fn is_side(class: u32) -> bool {
+    class == CLASS_WALL || class == CLASS_BEVEL
 }
 
 /// Returns the unit vector `n` in octahedral form: 16 bits for each of two coordinates.
@@ -125,6 +200,20 @@ pub trait Hits {
         let (place, surface) = self.words(x, y);
         Sample::from_words(place, surface)
     }
+
+    /// Returns the mesh where pixel (`x`, `y`) hits something, if hits know it ([`KNOWS_MESH`]).
+    #[inline]
+    fn mesh(&self, x: u32, y: u32) -> MeshFrame {
+        let (place, surface) = self.words(x, y);
+        MeshFrame::from_words(place, surface)
+    }
+
+    /// Returns what pixel (`x`, `y`) hits, where hits know the mesh.
+    #[inline]
+    fn sample_on_mesh(&self, x: u32, y: u32) -> Sample {
+        let (place, surface) = self.words(x, y);
+        Sample::on_mesh(place, surface)
+    }
 }
 
 /// Returns the words of a hit: place and surface; `drawn` is the facet that was drawn.
@@ -146,7 +235,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     let [x, y, z] = frame.axes;
     let in_world = |v: Vec3| vec3(x) * v.x + vec3(y) * v.y + vec3(z) * v.z;
     let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
-    let across = kept3(gradients.0);
+    let along_u = kept3(gradients.0);
     let knows_edges = object.finish & KNOWS_EDGES != 0;
     let (mut distance, mut gradient) = (0.0, Vec2::ZERO);
     if knows_edges || hit.class != CLASS_CAP {
@@ -154,7 +243,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
         distance = map.distance(texels, hit.uv);
         gradient = map.gradient(texels, hit.uv);
     }
-    let density = sqrt(across.dot(across));
+    let density = sqrt(along_u.dot(along_u));
     let open = openness(object, texels, hit, distance, gradient, density);
     let (edge_distance, edge_direction) = if knows_edges {
         let slopes = [gradients.0, gradients.1];
@@ -162,23 +251,34 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     } else {
         (edge::FAR_AWAY, 0)
     };
-    let depth_fraction = (clamp(hit.depth_fraction, 0.0, 1.0) * STEPS + 0.5) as u32;
+    let knows_mesh = object.finish & KNOWS_MESH != 0;
+    let depth_steps = if knows_mesh { DEPTH_STEPS } else { STEPS };
+    let mut depth = (clamp(hit.depth_fraction, 0.0, 1.0) * depth_steps + 0.5) as u32;
+    let mut is_mirrored = tangent_frame.is_mirrored;
+    let mut tangent = octahedral(in_world(tangent_frame.tangent));
+    if knows_mesh && is_side(hit.class) {
+        let smooth = normals.smooth;
+        tangent = octahedral(in_world(smooth));
+        depth |= turn_on(tangent, in_world(along_u)) << TURN;
+        let along_v = kept3(gradients.1);
+        is_mirrored = kept(smooth.cross(kept3(gradients.0)).dot(along_v)) < 0.0;
+    }
     let uv = hit.uv + hit.repeat;
     let place = UVec4::new(
         word(hit.t * frame.unit),
         word(uv.x),
         word(uv.y),
-        depth_fraction | (word(frame.unit) & UPPER),
+        depth | (word(frame.unit) & UPPER),
     );
     let surface = UVec4::new(
         hit.class
-            | flag(tangent_frame.is_mirrored, MIRRORED)
+            | flag(is_mirrored, MIRRORED)
             | flag(tangent_frame.is_along_v, ALONG_V)
             | (object.finish & FINISH.1) << FINISH.0
             | edge_distance << EDGE
             | ((clamp(open, 0.0, 1.0) * OPENNESS.1 + 0.5) as u32) << OPENNESS.0,
         octahedral(in_world(normals.carved)),
-        octahedral(in_world(tangent_frame.tangent)),
+        tangent,
         traced.place.facet(drawn) | edge_direction << EDGE_DIRECTION,
     );
     (place, surface)
@@ -190,20 +290,64 @@ impl Sample {
     pub fn from_words(place: UVec4, surface: UVec4) -> Sample {
         const DEPTH_STEP: Real = 1.0 / 65_535.0;
         let bits = surface.x;
+        let normal = from_octahedral(surface.y);
+        let tangent = from_octahedral(surface.z);
+        let is_mirrored = bits & MIRRORED != 0;
         Sample {
             class: bits & CLASS,
             t: f32::from_bits(place.x),
             uv: Vec2::new(f32::from_bits(place.y), f32::from_bits(place.z)),
             depth_fraction: (place.w & !UPPER) as i32 as Real * DEPTH_STEP,
             unit: f32::from_bits(place.w & UPPER),
-            normal: from_octahedral(surface.y),
-            tangent: from_octahedral(surface.z),
-            is_mirrored: bits & MIRRORED != 0,
+            normal,
+            tangent,
+            is_mirrored,
             is_along_v: bits & ALONG_V != 0,
             finish: (bits >> FINISH.0) & FINISH.1,
             facet: surface.w & (MOST_FACETS - 1),
             edge: Edge::from_codes((bits >> EDGE) & edge::FAR_AWAY, surface.w >> EDGE_DIRECTION),
             openness: (bits >> OPENNESS.0) as i32 as Real * OPENNESS_STEP,
+        }
+    }
+
+    /// Returns the hit of the words of [`words`], which knows the mesh; zeros are a miss.
+    #[inline]
+    pub fn on_mesh(place: UVec4, surface: UVec4) -> Sample {
+        const DEPTH_STEP: Real = 1.0 / 1_023.0;
+        let depth = place.w & ((1 << TURN) - 1);
+        let found = Sample {
+            depth_fraction: depth as i32 as Real * DEPTH_STEP,
+            ..Sample::from_words(place, surface)
+        };
+        if is_side(found.class) {
+            // The normal of the mesh is in place of the tangent.
+            let mesh = MeshFrame::from_words(place, surface);
+            let outline = normalize_or(kept3(mesh.normal.cross(found.normal)), mesh.along_u);
+            found.along_outline(&mesh, outline, found.is_along_v)
+        } else {
+            found
+        }
+    }
+
+    /// Returns it as a side of a carving of `mesh`, along whose outline the unit vector `outline`
+    /// runs: along v rather than along u if `is_along_v`.
+    #[inline]
+    pub fn along_outline(&self, mesh: &MeshFrame, outline: Vec3, is_along_v: bool) -> Sample {
+        let growing = if is_along_v {
+            mesh.along_v()
+        } else {
+            mesh.along_u
+        };
+        let tangent = if kept(outline.dot(growing)) < 0.0 {
+            -outline
+        } else {
+            outline
+        };
+        Sample {
+            tangent,
+            is_mirrored: kept(self.normal.cross(tangent).dot(mesh.normal)) > 0.0,
+            is_along_v,
+            ..*self
         }
     }
 }
@@ -221,6 +365,40 @@ mod tests {
             let n = Vec3::new(x, y, z).normalize();
             let found = from_octahedral(octahedral(n));
             prop_assert!((found - n).length() < 7e-5, "{n} {found}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn sides_know_the_mesh(
+            x in -1.0f32..1.0, y in -1.0f32..1.0, z in -1.0f32..1.0,
+            turn in 0.0f32..6.25, facing in 0.0f32..6.25, lean in 0.0f32..1.0,
+            is_mirrored: bool,
+        ) {
+            prop_assume!(x * x + y * y + z * z > 1e-6);
+            let normal = Vec3::new(x, y, z).normalize();
+            let (first, second) = normal.any_orthonormal_pair();
+            let along = |turn: f32| first * turn.cos() + second * turn.sin();
+            let mesh = MeshFrame { normal, along_u: along(turn), is_mirrored };
+            let carved = (along(facing) + normal * lean).normalize();
+            let code = octahedral(normal);
+            let outline = normal.cross(carved).normalize();
+            let along_v = outline.dot(mesh.along_v()).abs() > outline.dot(mesh.along_u).abs();
+            let place = UVec4::new(0, 0, 0, 512 | turn_on(code, mesh.along_u) << TURN);
+            let flags = if is_mirrored { MIRRORED } else { 0 } | if along_v { ALONG_V } else { 0 };
+            let surface = UVec4::new(CLASS_WALL | flags, octahedral(carved), code, 0);
+            let found = MeshFrame::from_words(place, surface);
+            prop_assert!((found.normal - normal).length() < 7e-5);
+            prop_assert!(found.along_u.dot(mesh.along_u) > 0.998);
+            prop_assert_eq!(found.is_mirrored, is_mirrored);
+            let found = Sample::on_mesh(place, surface);
+            prop_assert!((found.depth_fraction - 0.5).abs() < 1e-3);
+            // Along the outline, growing with u or v.
+            prop_assert!(found.tangent.dot(outline).abs() > 0.9999, "{:?}", found);
+            let growing = if along_v { mesh.along_v() } else { mesh.along_u };
+            prop_assert!(found.tangent.dot(growing) > 0.0);
+            let down = found.normal.cross(found.tangent);
+            prop_assert_eq!(found.is_mirrored, down.dot(normal) > 0.0);
         }
     }
 

@@ -26,7 +26,7 @@ const SPILL: [(&str, &str, &[&str]); 6] = [
     ("RDNA2", "relievo_fused", PRISMS.split_at(2).0),
     // Four registers.
     ("RDNA2", "relievo_fast", PRISMS.split_at(1).0),
-    // Six to sixteen registers.
+    // Six to twenty registers.
     ("RDNA2", "relievo_exact", &["shade_edges"]),
     ("RDNA2", "relievo_fused", &["shade_edges"]),
     ("RDNA2", "relievo_fast", &["shade_edges"]),
@@ -91,6 +91,7 @@ fn programs(folder: &str) -> Vec<Vec<&'static str>> {
         vec!["outlines_exits"],
         vec!["place", "exits"],
         vec!["screen", "shade"],
+        vec!["screen", "mean"],
         vec!["screen", "shade_edges"],
     ];
     programs.extend(facets.map(|(_, outlines, _)| vec![outlines]));

@@ -25,6 +25,11 @@ pub struct PreparedLighting {
 }
 
 impl PreparedLighting {
+    /// Returns whether patterns that are smaller than a pixel are averaged.
+    pub fn has_charts(&self) -> bool {
+        self.finishes.iter().any(|finish| finish.chart.levels != 0)
+    }
+
     /// Returns the words of all shadow maps.
     pub fn shadow_words(&self) -> usize {
         let sizes = self.shadow_maps.iter();

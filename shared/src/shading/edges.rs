@@ -12,7 +12,7 @@ use super::Tables;
 use super::material::finish_of;
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::camera::through;
-use crate::gbuffer::{Hits, Sample};
+use crate::gbuffer::{Hits, MeshFrame, Sample};
 use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
 use crate::{Real, Vec2, Vec3};
@@ -384,34 +384,23 @@ pub fn side<T: Tables + ?Sized, H: Hits + ?Sized>(
     let density = tables.facet(finish.first_facet + cap.hit.facet).density[0];
     let lean = div(finish.growth, max(density * finish.depth, 1e-12));
     let normal = normalize_or(kept3(upright + smooth * lean), upright);
-    // The axes of pictures, as on sides that are hit.
-    let along_u = cap.hit.tangent;
-    let bitangent = smooth.cross(along_u);
-    let along_v = if cap.hit.is_mirrored {
-        -bitangent
-    } else {
-        bitangent
+    let mesh = MeshFrame {
+        normal: smooth,
+        along_u: cap.hit.tangent,
+        is_mirrored: cap.hit.is_mirrored,
     };
-    let is_along_v = abs(outline.dot(along_u)) < abs(outline.dot(along_v));
-    let growing = if is_along_v { along_v } else { along_u };
-    let tangent = if kept(outline.dot(growing)) < 0.0 {
-        -outline
-    } else {
-        outline
-    };
+    let is_along_v = abs(outline.dot(mesh.along_u)) < abs(outline.dot(mesh.along_v()));
     let floor_openness = min(own.hit.openness, other.hit.openness);
     let hit = Sample {
         class: finish.side,
         t: depth * length,
         depth_fraction: 0.5,
         normal,
-        tangent,
-        is_mirrored: kept(normal.cross(tangent).dot(smooth)) > 0.0,
-        is_along_v,
         // A wall sees half of what its foot does, and the floor's half.
         openness: 0.25 + 0.25 * floor_openness,
         ..cap.hit
-    };
+    }
+    .along_outline(&mesh, outline, is_along_v);
     (ray * div(1.0, length), hit)
 }
 
@@ -419,9 +408,18 @@ impl Division {
     /// Returns the class word of a pixel: the class, and the shares of the neighbours.
     #[inline]
     pub fn code(&self, class: u32) -> u32 {
-        let share = |x: Real| (clamp(x, 0.0, 0.5) * SHARES + 0.5) as u32;
-        let axis = if self.is_down { IS_DOWN } else { 0 };
-        class | share(self.before) << BEFORE | share(self.after) << AFTER | axis
+        let Division {
+            is_down,
+            before,
+            after,
+            ..
+        } = *self;
+        let shares = Shares {
+            is_down,
+            before,
+            after,
+        };
+        shares.code(class)
     }
 }
 
@@ -436,7 +434,18 @@ pub struct Shares {
     pub after: Real,
 }
 
+impl Shares {
+    /// Returns the class word of a pixel with these shares.
+    #[inline]
+    pub fn code(&self, class: u32) -> u32 {
+        let share = |x: Real| (clamp(x, 0.0, 0.5) * SHARES + 0.5) as u32;
+        let axis = if self.is_down { IS_DOWN } else { 0 };
+        class | share(self.before) << BEFORE | share(self.after) << AFTER | axis
+    }
+}
+
 /// Returns the class in a class word, and the shares of the neighbours.
+#[inline]
 pub fn from_code(word: u32) -> (u32, Shares) {
     const SHARE: Real = 1.0 / 510.0;
     let share = |place: u32| ((word >> place) & 0xff) as i32 as Real * SHARE;

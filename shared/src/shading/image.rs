@@ -2,7 +2,7 @@
 //! words; lookups are bilinear within a level and linear between two levels.
 
 use super::layout::Image;
-use crate::arithmetic::{clamp, div, floor, floor_to_int, max, min, sqrt};
+use crate::arithmetic::{abs, clamp, div, floor, floor_to_int, max, min, sqrt};
 use crate::shape_map::Texels;
 use crate::{Real, Vec2};
 use glam::Vec4;
@@ -51,6 +51,14 @@ impl Footprint {
     pub fn longest(&self) -> Real {
         let (right, down) = self.lengths();
         max(right, down)
+    }
+
+    /// Returns its area over the length of its longer side.
+    #[inline]
+    pub fn narrowest(&self) -> Real {
+        let Footprint { right, down } = *self;
+        let area = abs(right.x * down.y - right.y * down.x);
+        div(area, max(self.longest(), 1e-12))
     }
 }
 

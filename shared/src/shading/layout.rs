@@ -88,6 +88,10 @@ pub struct Finish {
     pub side: u32,
     /// Width of a cell, texels of the map.
     pub cell_width: Real,
+    /// What the pattern is on average ([`mean`](super::mean)); no levels where it is not asked for.
+    pub chart: Image,
+    /// Mean width of the gaps between its parts, texels of the map.
+    pub gap: Real,
 }
 
 /// Number of finishes of an object, or of each of its mesh's materials: one for each class that
@@ -191,7 +195,7 @@ pub const REFLECTANCE_SIZE: u32 = 32;
 const _: () = {
     use core::mem::size_of;
     assert!(size_of::<Image>() == 16 && size_of::<Material>() == 132);
-    assert!(size_of::<Finish>() == 188 && size_of::<FacetMaterial>() == 20);
+    assert!(size_of::<Finish>() == 208 && size_of::<FacetMaterial>() == 20);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
     assert!(size_of::<Lighting>() == 160);
 };

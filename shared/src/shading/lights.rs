@@ -1,8 +1,8 @@
 //! Directional, point and spot lights, as the glTF extension KHR_lights_punctual has them.
 
 use super::Tables;
-use super::layout::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light};
-use super::shadow_map::{face, visibility};
+use super::layout::{LIGHT_DIRECTIONAL, LIGHT_SPOT, Light, ShadowMap};
+use super::shadow_map::{self, face, visibility};
 use crate::arithmetic::{clamp, div, kept3, max, normalize_or, sqrt};
 use crate::layout::vec3;
 use crate::{Real, Vec3};
@@ -60,13 +60,34 @@ pub fn arriving<T: Tables + ?Sized>(
     if light.shadows == 0 {
         return 1.0;
     }
+    visibility(
+        tables,
+        shadow_map(tables, light, position),
+        position,
+        normal,
+    )
+}
+
+/// Returns how far above `position` the shadow map of `light`, which has one, is looked up, world
+/// units.
+#[inline]
+pub fn lift<T: Tables + ?Sized>(tables: &T, light: &Light, position: Vec3) -> Real {
+    shadow_map::lift(shadow_map(tables, light, position), position)
+}
+
+/// Returns the shadow map of `light`, which has one, that sees `position`.
+#[inline]
+fn shadow_map<'a, T: Tables + ?Sized>(
+    tables: &'a T,
+    light: &Light,
+    position: Vec3,
+) -> &'a ShadowMap {
     let which = if light.shadows == 1 {
         0
     } else {
         face(position - vec3(light.position))
     };
-    let map = tables.shadow_map(light.first_shadow + which);
-    visibility(tables, map, position, normal)
+    tables.shadow_map(light.first_shadow + which)
 }
 
 /// Returns the unit vector half-way between two unit vectors, and its cosine with both.

@@ -8,9 +8,9 @@ use super::layout::{
 };
 use crate::arithmetic::{clamp, div, max, normalize_or, sqrt};
 use crate::camera::on_plane;
-use crate::gbuffer::Sample;
+use crate::gbuffer::{Sample, is_side};
 use crate::layout::{Frame, vec2, vec3};
-use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL};
+use crate::normals::CLASS_CAP;
 use crate::shape_map::Texels;
 use crate::{Real, Vec2, Vec3};
 
@@ -36,12 +36,6 @@ pub struct Values {
 #[inline]
 pub fn finish_of(hit: &Sample) -> u32 {
     FINISHES * hit.finish + (hit.class - CLASS_CAP)
-}
-
-/// Returns whether `hit` is on a wall or a bevel.
-#[inline]
-fn is_side(hit: &Sample) -> bool {
-    hit.class == CLASS_WALL || hit.class == CLASS_BEVEL
 }
 
 /// Returns the unit vector along growing v, or on a side along growing depth.
@@ -123,7 +117,7 @@ pub fn coordinates<T: Texels + ?Sized>(
         vec2(finish.inverse_repeat)
     };
     let (repeats, density) = (whole * scale, vec2(facet.density) * scale);
-    let is_along = is_side(hit) && material.follows != FOLLOWS_MESH_EVERYWHERE;
+    let is_along = is_side(hit.class) && material.follows != FOLLOWS_MESH_EVERYWHERE;
     let (at, density) = if is_along {
         let (along, density) = if hit.is_along_v {
             (repeats.y, density.y)
@@ -140,7 +134,7 @@ pub fn coordinates<T: Texels + ?Sized>(
     let across = second_axis(hit);
     let on_axes = |side: Vec3| Vec2::new(hit.tangent.dot(side), across.dot(side));
     // Where pictures follow the mesh on a side, their axes are not known.
-    let footprint = if is_along || !is_side(hit) {
+    let footprint = if is_along || !is_side(hit.class) {
         Footprint {
             right: on_axes(right),
             down: on_axes(down),
@@ -210,7 +204,7 @@ pub fn values<T: Tables + ?Sized>(
                 found.metallic *= rgb.z;
             } else if which == 2 {
                 // The tangent of a side is not that of pictures that follow the mesh there.
-                if !is_side(hit) || material.follows != FOLLOWS_MESH_EVERYWHERE {
+                if !is_side(hit.class) || material.follows != FOLLOWS_MESH_EVERYWHERE {
                     found.normal = bumped(hit, rgb, material.normal_scale, coordinates.axis);
                 }
             } else {

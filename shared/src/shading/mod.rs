@@ -10,6 +10,7 @@ pub mod image;
 pub mod layout;
 pub mod lights;
 pub mod material;
+pub mod mean;
 pub mod shadow_map;
 
 pub use layout::{FacetMaterial, Finish, Image, Light, Lighting, Material, ShadowMap};
@@ -60,7 +61,7 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
 }
 
 /// Returns the words of pixel (`x`, `y`) for smooth edges: as [`words`], where the class word
-/// also has the shares of its neighbours ([`edges::from_code`]).
+/// also has the shares of its neighbours ([`edges::from_code`]). Hits know the mesh.
 #[inline]
 pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
     tables: &T,
@@ -90,7 +91,7 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
                     edges::side(tables, frame, hits, x, y, &division)
                 } else {
                     // Read again, so that it takes no registers meanwhile.
-                    (direction, hits.sample(x, y))
+                    (direction, hits.sample_on_mesh(x, y))
                 };
                 rgb += shade(tables, frame, lighting, ray, &hit) * share;
             }
@@ -129,6 +130,27 @@ pub fn shade<T: Tables + ?Sized>(
     direction: Vec3,
     hit: &Sample,
 ) -> Vec3 {
+    shade_under(
+        tables,
+        frame,
+        lighting,
+        direction,
+        hit,
+        |light, _, position| lights::arriving(tables, light, position, hit.normal),
+    )
+}
+
+/// Returns the linear RGB of `hit`, seen along `direction`, where `arriving` returns the share of a
+/// light that arrives at a position in the world.
+#[inline]
+pub fn shade_under<T: Tables + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    lighting: &Lighting,
+    direction: Vec3,
+    hit: &Sample,
+    arriving: impl Fn(&Light, &lights::Incoming, Vec3) -> Real,
+) -> Vec3 {
     let first = material::finish_of(hit);
     let facet = tables.facet(tables.finish(first).first_facet + hit.facet);
     let finish = tables.finish(first + facet.slot * layout::FINISHES);
@@ -160,7 +182,7 @@ pub fn shade<T: Tables + ?Sized>(
         let cosine = normal.dot(incoming.direction);
         // Nothing shines through the carved surface, whatever a picture says of its normal.
         if cosine > 0.0 && hit.normal.dot(incoming.direction) > 0.0 {
-            let share = lights::arriving(tables, light, position, hit.normal);
+            let share = arriving(light, &incoming, position);
             if share > 0.0 {
                 color += lit(&surface, normal, to_eye, &incoming, cosine) * share;
             }

@@ -26,8 +26,7 @@ pub fn visibility<T: Texels + ?Sized>(
 ) -> Real {
     let eye = vec3(map.eye);
     let forward = vec3(map.forward);
-    let distance = (position - eye).dot(forward);
-    let from_eye = position + normal * (OFFSET * map.texel * distance) - eye;
+    let from_eye = position + normal * lift(map, position) - eye;
     let distance = from_eye.dot(forward);
     if distance <= map.near {
         return 1.0;
@@ -67,6 +66,12 @@ pub fn visibility<T: Texels + ?Sized>(
         index += 1;
     }
     sum * NINTH
+}
+
+/// Returns the distance by which `position` is moved along its normal, world units.
+#[inline]
+pub fn lift(map: &ShadowMap, position: Vec3) -> Real {
+    OFFSET * map.texel * (position - vec3(map.eye)).dot(vec3(map.forward))
 }
 
 /// Returns which of the six pictures around a point light sees the direction `d` from it: +x,

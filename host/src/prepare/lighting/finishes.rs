@@ -3,17 +3,18 @@
 use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
 use super::cells::cells;
+use super::chart::{chart, gap};
 use super::of_meshes::OfMeshes;
-use super::pictures::{Encoding, Pictures};
+use super::pictures::{Encoding, Pictures, TEXEL, append};
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::MeshTriangle;
 use crate::scene::{self, Color, PhysicalMaterial, Scene, SceneObject};
 use rayon::prelude::*;
-use relievo_shared::gbuffer::{KNOWS_EDGES, MOST_FACETS, MOST_FINISHES};
-use relievo_shared::layout::FORMAT_PAPER;
+use relievo_shared::gbuffer::{KNOWS_EDGES, KNOWS_MESH, MOST_FACETS, MOST_FINISHES};
+use relievo_shared::layout::{FORMAT_PAPER, Object};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_WALL};
-use relievo_shared::profile::{grows_mostly, growth};
+use relievo_shared::profile::{Profile, grows_mostly, growth};
 use relievo_shared::shading::layout::FINISHES;
 use relievo_shared::shading::{FacetMaterial, Finish, Image, Material};
 use std::path::PathBuf;
@@ -30,7 +31,10 @@ pub(super) fn finishes(
     let mut finishes: Vec<Finish> = Vec::new();
     let mut facets = Vec::new();
     let mut of_meshes = OfMeshes::new(scene);
-    let knows_edges = if scene.smooth_edges { KNOWS_EDGES } else { 0 };
+    let (knows_edges, knows_mesh) = match scene.smooth_edges {
+        true => (KNOWS_EDGES, KNOWS_MESH),
+        false => (0, 0),
+    };
     for index in 0..objects.len() {
         let (before, rest) = objects.split_at_mut(index);
         let prepared = &mut rest[0];
@@ -59,8 +63,8 @@ pub(super) fn finishes(
         }
         // The paper's maps have no distances inside the pattern.
         prepared.parameters.finish = match prepared.parameters.map_format {
-            FORMAT_PAPER => number,
-            _ => number | knows_edges,
+            FORMAT_PAPER => number | knows_mesh,
+            _ => number | knows_mesh | knows_edges,
         };
         let triangles = &prepared.mesh.triangles;
         if triangles.len() > MOST_FACETS as usize {
@@ -90,6 +94,7 @@ pub(super) fn finishes(
             false => vec![Material::default()],
         };
         let (cells, cell_width) = cells_of(scene, object, prepared, words, account)?;
+        let (chart, gap) = chart_of(scene, object, prepared, words, account)?;
         // In the order of the classes; `None` is that of the mesh.
         let mut classes: Vec<(Option<Material>, Image)> = Vec::new();
         for (name, color) in [
@@ -130,6 +135,8 @@ pub(super) fn finishes(
                     false => CLASS_WALL,
                 },
                 cell_width,
+                chart,
+                gap,
             }));
         }
     }
@@ -165,6 +172,32 @@ fn cells_of(
     };
     let area = f64::from(width) * f64::from(height) / f64::from(cells.count.max(1));
     Ok((image, area.sqrt() as f32))
+}
+
+/// Returns the chart of an object's pattern, if smooth edges are asked for, and the width of its
+/// gaps, texels.
+fn chart_of(
+    scene: &Scene,
+    object: &SceneObject,
+    prepared: &PreparedObject,
+    words: &mut Vec<u32>,
+    account: &mut Account<'_>,
+) -> Result<(Image, f32), Error> {
+    let Object {
+        map_format,
+        cut_out,
+        ..
+    } = prepared.parameters;
+    // The paper's maps have no distances inside the pattern, and what is seen through holes is
+    // no surface of the object.
+    if !scene.smooth_edges || map_format == FORMAT_PAPER || cut_out != 0 {
+        return Ok((Image::default(), 0.0));
+    }
+    let map = &prepared.map;
+    let texels = u64::from(map.width()) * u64::from(map.height());
+    account.take(&object.shape, texels, TEXEL)?;
+    let radius = Profile::new(&prepared.parameters).radius(0.0);
+    Ok((append(words, chart(map, radius)), gap(map, radius)))
 }
 
 /// Returns how the pattern lies on a triangle with the materials of `slot`.

@@ -9,9 +9,11 @@
 //! finishes      materials of objects
 //! of_meshes     materials of mesh files
 //! cells         pattern → its connected pieces
+//! chart         pattern → what it is on average
 //! ```
 
 mod cells;
+mod chart;
 mod environment;
 mod finishes;
 mod lights;

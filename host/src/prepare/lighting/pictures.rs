@@ -12,7 +12,7 @@ use relievo_shared::shading::image::halved;
 use std::path::{Path, PathBuf};
 
 /// Bytes per texel: two words, the smaller levels, and while it is read.
-const TEXEL: u64 = 40;
+pub(super) const TEXEL: u64 = 40;
 
 /// How the numbers of a picture are meant.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -124,7 +124,7 @@ pub(super) fn halve(picture: &Rgba32FImage) -> Rgba32FImage {
 }
 
 /// Appends the levels of `picture` to `words`.
-fn append(words: &mut Vec<u32>, mut picture: Rgba32FImage) -> Image {
+pub(super) fn append(words: &mut Vec<u32>, mut picture: Rgba32FImage) -> Image {
     let mut image = Image {
         first: words.len() as u32,
         width: picture.width(),

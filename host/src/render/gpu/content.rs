@@ -1,5 +1,7 @@
 //! Contents and formats of pictures on a GPU.
 
+use super::shaders::{MEAN, SHADE, SHADE_EDGES};
+use crate::prepare::PreparedLighting;
 use crate::shaders::EntryPoints;
 use std::ops::Range;
 
@@ -64,5 +66,65 @@ impl Drawing {
             Drawing::Geometry => of.geometry,
             Drawing::Surface | Drawing::Depth => of.surface,
         }
+    }
+}
+
+/// A pass over the whole picture, after the G-buffer is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Pass {
+    /// Colours.
+    Shade,
+    /// Colours and shares of neighbours.
+    ShadeEdges,
+    /// Both anew, where the mean of a pattern is seen.
+    Mean,
+}
+
+impl Pass {
+    /// All of them.
+    pub(super) const ALL: [Pass; 3] = [Pass::Shade, Pass::ShadeEdges, Pass::Mean];
+
+    /// Returns the passes that `lighting` needs. The last one writes target 0, the one before it the
+    /// target after the G-buffer.
+    pub(crate) fn of(lighting: &PreparedLighting) -> &'static [Pass] {
+        if !lighting.has_smooth_edges {
+            &[Pass::Shade]
+        } else if lighting.has_charts() {
+            &[Pass::ShadeEdges, Pass::Mean]
+        } else {
+            &[Pass::ShadeEdges]
+        }
+    }
+
+    /// Returns the fragment shader.
+    pub(crate) fn fragment(self) -> &'static str {
+        match self {
+            Pass::Shade => SHADE,
+            Pass::ShadeEdges => SHADE_EDGES,
+            Pass::Mean => MEAN,
+        }
+    }
+
+    /// Returns the targets that it reads.
+    pub(super) fn reads(self) -> Range<usize> {
+        let hits = Drawing::Surface.targets();
+        match self {
+            Pass::Shade | Pass::ShadeEdges => hits,
+            Pass::Mean => hits.start..hits.end + 1,
+        }
+    }
+
+    /// Returns the target that it writes, as the last pass or before it.
+    pub(super) fn writes(is_last: bool) -> usize {
+        match is_last {
+            true => 0,
+            false => Drawing::Surface.targets().end,
+        }
+    }
+
+    /// Returns how many targets `lighting` needs.
+    pub(super) fn targets(lighting: &PreparedLighting) -> usize {
+        let reads = Pass::of(lighting).iter();
+        reads.map(|pass| pass.reads().end).max().unwrap_or(0)
     }
 }

@@ -1,8 +1,10 @@
 //! Shading on a GPU: the buffers of materials and lights, the shadow maps, and the pass over
 //! the G-buffer.
 
+use super::content::Pass;
 use super::pipelines::Pipelines;
 use super::targets::Targets;
+use super::timestamps::Timestamps;
 use crate::prepare::PreparedLighting;
 use crate::render::RenderError;
 use relievo_shared::layout::Frame;
@@ -46,7 +48,7 @@ impl GpuLighting {
                 limit: largest,
             });
         }
-        let layout = pipelines.make_shade(lighting.has_smooth_edges)?;
+        let layout = pipelines.make_shade(Pass::of(lighting))?;
         let buffers: Vec<wgpu::Buffer> = contents
             .into_iter()
             .zip(sizes)
@@ -119,37 +121,45 @@ impl GpuLighting {
         );
     }
 
-    /// Records the shading of the G-buffer in `targets`.
+    /// Returns the passes that shade the G-buffer.
+    pub(super) fn passes(&self) -> &'static [Pass] {
+        Pass::of(&self.lighting)
+    }
+
+    /// Records the shading of the G-buffer in `targets`, whose end `clock` takes.
     pub(super) fn record(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         pipelines: &Pipelines,
         targets: &Targets,
-        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+        clock: Option<&Timestamps>,
     ) {
-        let Some(color) = targets.view(0) else {
-            return;
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("shade"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: color,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            depth_stencil_attachment: None,
-            timestamp_writes,
-            occlusion_query_set: None,
-            multiview_mask: None,
-        });
-        let has_smooth_edges = self.lighting.has_smooth_edges;
-        pass.set_pipeline(pipelines.shade().pipeline(has_smooth_edges));
-        pass.set_bind_group(0, &self.tables, &[]);
-        pass.set_bind_group(1, targets.hits(), &[]);
-        pass.draw(0..3, 0..1);
+        let passes = self.passes();
+        for (index, pass) in passes.iter().enumerate() {
+            let is_last = index + 1 == passes.len();
+            let Some(color) = targets.view(Pass::writes(is_last)) else {
+                return;
+            };
+            let mut recorded = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(pass.fragment()),
+                color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                    view: color,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+                        store: wgpu::StoreOp::Store,
+                    },
+                })],
+                depth_stencil_attachment: None,
+                timestamp_writes: clock.filter(|_| is_last).map(Timestamps::end),
+                occlusion_query_set: None,
+                multiview_mask: None,
+            });
+            recorded.set_pipeline(pipelines.shade().pipeline(*pass));
+            recorded.set_bind_group(0, &self.tables, &[]);
+            recorded.set_bind_group(1, targets.readable(*pass), &[]);
+            recorded.draw(0..3, 0..1);
+        }
     }
 }

@@ -1,6 +1,6 @@
 //! Predicts the device memory of a scene, without a device.
 
-use super::content::Drawing;
+use super::content::Pass;
 use super::outlines::{Sizes, frame_buffer_bytes, padded};
 use super::shared::sharing;
 use crate::prepare::{PreparedObject, PreparedScene};
@@ -112,8 +112,8 @@ fn picture_bytes(scene: &PreparedScene, extent: Extent, pictures: Pictures) -> u
         Pictures::Color => 1,
         Pictures::ColorAndGeometry => 2,
     };
-    let targets = match scene.lighting {
-        Some(_) => Drawing::Surface.targets().end as u64,
+    let targets = match &scene.lighting {
+        Some(lighting) => Pass::targets(lighting) as u64,
         None => read_back,
     };
     let asking = scene

@@ -30,11 +30,11 @@ mod timestamps;
 
 pub use crate::shaders::{EntryPoints, Extent, Facets};
 pub use content::Content;
+pub(crate) use content::Pass;
 pub use memory::{Memory, Pictures};
 pub use pipelines::Pipelines;
 pub use relievo_bitwise::{Adapter, Device, Module, Signature, TIME_LIMIT, adapters, choose};
 pub use scene::GpuScene;
-pub(crate) use shaders::shade_of;
 pub use shaders::{Choice, Shaders, canaries, signature};
 pub use targets::Targets;
 

@@ -1,7 +1,7 @@
 //! Pipelines, made when first needed and kept across scenes.
 
-use super::content::{DEPTH_FORMAT, Drawing, TARGET_FORMAT};
-use super::shaders::{EXITS, HAS_COPIES, PLACE, SCREEN, shade_of};
+use super::content::{DEPTH_FORMAT, Drawing, Pass, TARGET_FORMAT};
+use super::shaders::{EXITS, HAS_COPIES, PLACE, SCREEN};
 use crate::render::RenderError;
 use crate::shaders::EntryPoints;
 use relievo_bitwise::{Device, Module};
@@ -209,11 +209,11 @@ impl Pipelines {
         &self.made[&(drawing.fragment(of), drawing.targets().len(), has_copies)]
     }
 
-    /// Makes the pipeline that shades the G-buffer, if it is missing, and returns the layout of
-    /// materials and lights.
+    /// Makes the pipelines of `passes`, if they are missing, and returns the layout of materials and
+    /// lights.
     pub(super) fn make_shade(
         &mut self,
-        has_smooth_edges: bool,
+        passes: &[Pass],
     ) -> Result<&wgpu::BindGroupLayout, RenderError> {
         let device = &self.device;
         let made = match self.shade.take() {
@@ -223,7 +223,9 @@ impl Pipelines {
             }
         };
         let shade = self.shade.insert(made);
-        shade.make(&self.device, &self.module, has_smooth_edges)?;
+        for pass in passes {
+            shade.make(&self.device, &self.module, *pass)?;
+        }
         Ok(&shade.tables)
     }
 
@@ -237,11 +239,9 @@ impl Pipelines {
 pub(super) struct ShadePipelines {
     /// The layout of materials and lights.
     tables: wgpu::BindGroupLayout,
-    /// The layout of the G-buffer's pictures.
-    pub pictures: wgpu::BindGroupLayout,
-    layout: wgpu::PipelineLayout,
-    /// Without and with smooth edges.
-    made: [Option<wgpu::RenderPipeline>; 2],
+    /// The layouts of what passes read beside it, and of both.
+    layouts: BTreeMap<Pass, (wgpu::BindGroupLayout, wgpu::PipelineLayout)>,
+    made: BTreeMap<Pass, wgpu::RenderPipeline>,
 }
 
 impl ShadePipelines {
@@ -255,48 +255,52 @@ impl ShadePipelines {
             label: Some("materials and lights"),
             entries: &entries,
         });
-        let pictures = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("G-buffer"),
-            entries: &[0, 1].map(picture_entry),
-        });
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("shade"),
-            bind_group_layouts: &[Some(&tables), Some(&pictures)],
-            immediate_size: 0,
+        let layouts = Pass::ALL.map(|pass| {
+            let count = pass.reads().len() as u32;
+            let entries: Vec<_> = (0..count).map(picture_entry).collect();
+            let pictures = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+                label: Some("G-buffer"),
+                entries: &entries,
+            });
+            let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some(pass.fragment()),
+                bind_group_layouts: &[Some(&tables), Some(&pictures)],
+                immediate_size: 0,
+            });
+            (pass, (pictures, layout))
         });
         ShadePipelines {
+            layouts: layouts.into(),
             tables,
-            pictures,
-            layout,
-            made: [None, None],
+            made: BTreeMap::new(),
         }
     }
 
-    fn make(
-        &mut self,
-        device: &Device,
-        module: &Module,
-        has_smooth_edges: bool,
-    ) -> Result<(), RenderError> {
-        let kept = &mut self.made[usize::from(has_smooth_edges)];
-        if kept.is_none() {
-            let fragment = shade_of(has_smooth_edges);
-            let modules = [
-                (&module.load(device, SCREEN)?, SCREEN),
-                (&module.load(device, fragment)?, fragment),
-            ];
-            let layout = &self.layout;
-            *kept = Some(device.attempt(|| -> Result<_, RenderError> {
-                Ok(make_pipeline(device.wgpu(), layout, modules, 1, false))
-            })?);
+    fn make(&mut self, device: &Device, module: &Module, pass: Pass) -> Result<(), RenderError> {
+        if self.made.contains_key(&pass) {
+            return Ok(());
         }
+        let fragment = pass.fragment();
+        let modules = [
+            (&module.load(device, SCREEN)?, SCREEN),
+            (&module.load(device, fragment)?, fragment),
+        ];
+        let (_, layout) = &self.layouts[&pass];
+        let made = device.attempt(|| -> Result<_, RenderError> {
+            Ok(make_pipeline(device.wgpu(), layout, modules, 1, false))
+        })?;
+        self.made.insert(pass, made);
         Ok(())
     }
 
+    /// Returns the layout of the pictures that `pass` reads.
+    pub(super) fn pictures(&self, pass: Pass) -> &wgpu::BindGroupLayout {
+        &self.layouts[&pass].0
+    }
+
     /// Returns a pipeline that was made.
-    pub(super) fn pipeline(&self, has_smooth_edges: bool) -> &wgpu::RenderPipeline {
-        let made = &self.made[usize::from(has_smooth_edges)];
-        made.as_ref().expect("it was made")
+    pub(super) fn pipeline(&self, pass: Pass) -> &wgpu::RenderPipeline {
+        &self.made[&pass]
     }
 }
 

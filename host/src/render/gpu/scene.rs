@@ -281,9 +281,13 @@ impl GpuScene {
         read_back: bool,
     ) {
         targets.make(pipelines.device(), content.drawing(false), read_back);
-        if content.drawing(self.lighting.is_some()) == Drawing::Surface {
-            targets.make(pipelines.device(), Drawing::Surface, false);
-            targets.make_hits(pipelines);
+        match &self.lighting {
+            Some(lighting) if content == Content::Color => {
+                for pass in lighting.passes() {
+                    targets.make_pass(pipelines, *pass);
+                }
+            }
+            _ => (),
         }
         self.make_exits(pipelines, targets);
     }
@@ -312,8 +316,7 @@ impl GpuScene {
             Some(lighting) if drawing == Drawing::Surface => {
                 let clocks = [timestamps, None];
                 self.record_objects(encoder, pipelines, targets, drawing, clocks);
-                let clock = timestamps.map(Timestamps::end);
-                lighting.record(encoder, pipelines, targets, clock);
+                lighting.record(encoder, pipelines, targets, timestamps);
             }
             _ => self.record_objects(encoder, pipelines, targets, drawing, [timestamps; 2]),
         }

@@ -207,13 +207,12 @@ pub(super) const EXITS: [&str; 2] = ["exits", "outlines_exits"];
 /// The vertex shader that covers the picture.
 pub(super) const SCREEN: &str = "screen";
 
-/// Returns the fragment shader that shades the G-buffer.
-pub(crate) fn shade_of(has_smooth_edges: bool) -> &'static str {
-    match has_smooth_edges {
-        true => "shade_edges",
-        false => "shade",
-    }
-}
+/// The fragment shaders of passes over the G-buffer.
+pub(super) const SHADE: &str = "shade";
+/// See [`SHADE`].
+pub(super) const MEAN: &str = "mean";
+/// See [`SHADE`].
+pub(super) const SHADE_EDGES: &str = "shade_edges";
 
 #[cfg(test)]
 mod tests {

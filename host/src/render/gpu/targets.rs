@@ -1,10 +1,11 @@
 //! Render targets and their read-back buffers.
 
-use super::content::{Content, DEPTH_FORMAT, Drawing, TARGET_FORMAT};
+use super::content::{Content, DEPTH_FORMAT, Drawing, Pass, TARGET_FORMAT};
 use super::memory;
 use super::pipelines::Pipelines;
 use crate::render::{RenderError, allocate};
 use relievo_bitwise::Device;
+use std::collections::BTreeMap;
 use std::mem::size_of;
 
 /// The targets of pictures of one size.
@@ -20,8 +21,8 @@ pub struct Targets {
     kept_depth: Option<wgpu::Texture>,
     /// Made when first needed.
     exits: Option<Exits>,
-    /// The G-buffer, to be read; made when first needed.
-    hits: Option<wgpu::BindGroup>,
+    /// Pictures that passes read; made when first needed.
+    readable: BTreeMap<Pass, wgpu::BindGroup>,
 }
 
 /// The picture of exits.
@@ -93,7 +94,7 @@ impl Targets {
             stride: stride as u32,
             colors: Vec::new(),
             exits: None,
-            hits: None,
+            readable: BTreeMap::new(),
             depth: depth.create_view(&wgpu::TextureViewDescriptor::default()),
             kept_depth: is_kept.then_some(depth),
         })
@@ -129,30 +130,30 @@ impl Targets {
         });
     }
 
-    /// Makes the G-buffer readable, if it is not; its targets must be made.
-    pub(super) fn make_hits(&mut self, pipelines: &Pipelines) {
-        if self.hits.is_some() {
-            return;
-        }
-        let views = &self.colors[Drawing::Surface.targets()];
-        let entries: Vec<_> = (0..)
-            .zip(views)
-            .map(|(binding, target)| wgpu::BindGroupEntry {
-                binding,
-                resource: wgpu::BindingResource::TextureView(&target.view),
+    /// Makes what `pass` reads, if it is missing.
+    pub(super) fn make_pass(&mut self, pipelines: &Pipelines, pass: Pass) {
+        let device = pipelines.device();
+        self.make_colors(device, pass.reads().end);
+        self.readable.entry(pass).or_insert_with(|| {
+            let views = &self.colors[pass.reads()];
+            let entries: Vec<_> = (0..)
+                .zip(views)
+                .map(|(binding, target)| wgpu::BindGroupEntry {
+                    binding,
+                    resource: wgpu::BindingResource::TextureView(&target.view),
+                })
+                .collect();
+            device.wgpu().create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("G-buffer"),
+                layout: pipelines.shade().pictures(pass),
+                entries: &entries,
             })
-            .collect();
-        let device = pipelines.device().wgpu();
-        self.hits = Some(device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: Some("G-buffer"),
-            layout: &pipelines.shade().pictures,
-            entries: &entries,
-        }));
+        });
     }
 
-    /// Returns the G-buffer, which [`Self::make_hits`] has made readable.
-    pub(super) fn hits(&self) -> &wgpu::BindGroup {
-        self.hits.as_ref().expect("it was made readable")
+    /// Returns what `pass` reads, which [`Self::make_pass`] has made.
+    pub(super) fn readable(&self, pass: Pass) -> &wgpu::BindGroup {
+        &self.readable[&pass]
     }
 
     /// Returns the picture of exits, if it was made.
@@ -163,8 +164,27 @@ impl Targets {
     /// Makes the missing targets for `drawing`, and their read-back buffers if
     /// `read_back`.
     pub(super) fn make(&mut self, device: &Device, drawing: Drawing, read_back: bool) {
-        let (device, range) = (device.wgpu(), drawing.targets());
-        while self.colors.len() < range.end {
+        let range = drawing.targets();
+        self.make_colors(device, range.end);
+        if !read_back {
+            return;
+        }
+        for target in &mut self.colors[range] {
+            if target.read_back.is_none() {
+                target.read_back = Some(device.wgpu().create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("read back"),
+                    size: u64::from(self.stride) * u64::from(self.height),
+                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                    mapped_at_creation: false,
+                }));
+            }
+        }
+    }
+
+    /// Makes the targets that lack to `count`.
+    fn make_colors(&mut self, device: &Device, count: usize) {
+        let device = device.wgpu();
+        while self.colors.len() < count {
             let texture = texture(
                 device,
                 [self.width, self.height],
@@ -178,19 +198,6 @@ impl Targets {
                 texture,
                 read_back: None,
             });
-        }
-        if !read_back {
-            return;
-        }
-        for target in &mut self.colors[range] {
-            if target.read_back.is_none() {
-                target.read_back = Some(device.create_buffer(&wgpu::BufferDescriptor {
-                    label: Some("read back"),
-                    size: u64::from(self.stride) * u64::from(self.height),
-                    usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-                    mapped_at_creation: false,
-                }));
-            }
         }
     }
 

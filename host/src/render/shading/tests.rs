@@ -458,3 +458,109 @@ fn objects_that_differ_by_their_place_share_their_materials() {
         .collect();
     assert_eq!(finishes, [0, 0, 1]);
 }
+
+/// Returns the mean linear RGB of a plate with `pattern`, 64 times along each side, whose grooves are
+/// half as deep as the pattern is wide, seen from `elevation` degrees above it: from one sample
+/// with smooth edges in each of 8 × 8 pixels, and from 64 times as many along each side.
+fn far_plate(pattern: &Pattern, elevation: f64, light: &LightSource) -> [[f64; 3]; 2] {
+    let (sine, cosine) = elevation.to_radians().sin_cos();
+    // Not along the pattern's axes.
+    let eye = DVec3::new(0.6 * cosine, sine, 0.8 * cosine) * 20.0;
+    let plain = |color| Color(color);
+    let object = SceneObject::new(plate(1.0, 0.0), pattern.clone())
+        .repeat(64.0, 64.0)
+        .depth(0.5 / 64.0)
+        .steps(512)
+        .bisections(12)
+        .material(crate::scene::Material {
+            cap: plain([1.0, 0.0, 0.0]),
+            wall: plain([0.0, 1.0, 0.0]),
+            floor: plain([0.0, 0.0, 1.0]),
+            ..crate::scene::Material::default()
+        });
+    let scene = |side: u32, is_smooth: bool| {
+        let camera = Camera::new(eye.to_array(), [0.0; 3]);
+        let mut scene = Scene::default()
+            .size(side, side)
+            .camera(camera)
+            .environment(Environment {
+                intensity: if light.intensity > 0.0 { 0.0 } else { 1.0 },
+                occlusion: 0.0,
+                ..Environment::default()
+            })
+            .with_light(light.clone())
+            .object(object.clone());
+        scene.field_of_view = 1.0;
+        scene.smooth_edges = is_smooth;
+        scene
+    };
+    [(8, true), (512, false)].map(|(side, is_smooth)| {
+        let (_, words) = colors(&scene(side, is_smooth));
+        let mut sum = [0.0; 3];
+        for pixel in &words.words {
+            assert_ne!(pixel[3] & 0xff, CLASS_MISS);
+            for (sum, word) in sum.iter_mut().zip(pixel) {
+                *sum += f64::from(f32::from_bits(*word));
+            }
+        }
+        sum.map(|sum| sum / words.words.len() as f64)
+    })
+}
+
+/// Patterns of stripes, bricks, dots and square holes.
+fn small_patterns() -> [Pattern; 4] {
+    let of = |is_solid: fn(f64, f64) -> bool| {
+        let at = |i: u32| (f64::from(i) + 0.5) / 64.0;
+        let solid = (0..64 * 64).map(|i| is_solid(at(i % 64), at(i / 64)));
+        Pattern::from_pixels(64, 64, solid.collect::<Vec<_>>()).unwrap()
+    };
+    [
+        of(|u, _| u < 0.5),
+        of(|u, v| {
+            let shifted = if v < 0.5 { u } else { u + 0.5 };
+            shifted.fract() < 0.875 && (v * 2.0).fract() < 0.75
+        }),
+        of(|u, v| (u - 0.5).hypot(v - 0.5) < 0.35),
+        of(|u, v| (u - 0.5).abs() > 0.3 || (v - 0.5).abs() > 0.3),
+    ]
+}
+
+/// What a pixel sees of cap, sides and floor of a pattern that is smaller, against what many samples see.
+#[test]
+fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
+    let dark = LightSource {
+        intensity: 0.0,
+        ..LightSource::default()
+    };
+    for (index, pattern) in small_patterns().iter().enumerate() {
+        for elevation in [80.0, 50.0, 25.0] {
+            let [found, expected] = far_plate(pattern, elevation, &dark);
+            let whole: f64 = expected.iter().sum();
+            println!("{index} {elevation}: {found:.3?} {expected:.3?}");
+            for (found, expected) in found.into_iter().zip(expected) {
+                let error = (found - expected) / whole;
+                assert!(error.abs() < 0.035, "{index} {elevation}: {error}");
+            }
+        }
+    }
+}
+
+/// The light that arrives in the grooves of a small pattern, against what many samples see.
+#[test]
+fn the_mean_of_a_small_pattern_is_lit_as_its_surfaces_are() {
+    for (index, pattern) in small_patterns().iter().enumerate() {
+        for direction in [[0.3, 1.0, 0.2], [1.0, 0.8, -0.4], [-0.7, 0.6, -0.9]] {
+            let light = LightSource {
+                direction,
+                ..LightSource::default()
+            };
+            let [found, expected] = far_plate(pattern, 50.0, &light);
+            let whole: f64 = expected.iter().sum();
+            println!("{index} {direction:?}: {found:.3?} {expected:.3?}");
+            for (found, expected) in found.into_iter().zip(expected) {
+                let error = (found - expected) / whole;
+                assert!(error.abs() < 0.06, "{index} {direction:?}: {error}");
+            }
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The chart of a pattern: how much of it is cap, and how its outline runs, for
+//! [`relievo_shared::shading::mean`].
+
+use crate::shape_map::ShapeMap;
+use glam::Vec2;
+use image::{Rgba, Rgba32FImage};
+use rayon::prelude::*;
+use relievo_shared::shading::mean::MOST;
+
+/// Returns the first level of the chart of `map`, whose pattern reaches to the distance `radius`,
+/// texels. The outline between the centres of four texels belongs to the first of them.
+pub(super) fn chart(map: &ShapeMap, radius: f32) -> Rgba32FImage {
+    let (width, height) = (map.width(), map.height());
+    let gap = |x: u32, y: u32| map.decode(x % width, y % height) - radius;
+    let texels: Vec<[f32; 4]> = (0..width * height)
+        .into_par_iter()
+        .map(|index| {
+            let (x, y) = (index % width, index / width);
+            let corners = [gap(x, y), gap(x + 1, y), gap(x + 1, y + 1), gap(x, y + 1)];
+            let [xx, yy, xy] = outline(corners);
+            let cap = (0.5 - corners[0]).clamp(0.0, 1.0);
+            [cap, xx / MOST, yy / MOST, 0.5 + xy / MOST]
+        })
+        .collect();
+    Rgba32FImage::from_fn(width, height, |x, y| Rgba(texels[(y * width + x) as usize]))
+}
+
+/// Returns the mean width of the gaps of the pattern of `map`, which reaches to the distance `radius`,
+/// texels: four times the mean distance from their sides, as between straight ones.
+pub(super) fn gap(map: &ShapeMap, radius: f32) -> f32 {
+    let (mut sum, mut count) = (0.0, 0u64);
+    for y in 0..map.height() {
+        for x in 0..map.width() {
+            let distance = f64::from(map.decode(x, y) - radius);
+            if distance > 0.0 {
+                sum += distance;
+                count += 1;
+            }
+        }
+    }
+    (4.0 * sum / count.max(1) as f64) as f32
+}
+
+/// Returns xx, yy and xy of the sum of m mᵀ over the outline in a square whose corners have these
+/// distances from it, in turn from the upper left one; m is the outline's unit normal.
+fn outline(corners: [f32; 4]) -> [f32; 3] {
+    let places = [Vec2::ZERO, Vec2::X, Vec2::ONE, Vec2::Y];
+    let crossings: Vec<Vec2> = (0..4)
+        .filter_map(|side| {
+            let next = (side + 1) % 4;
+            let [from, to] = [corners[side], corners[next]];
+            let crosses = (from <= 0.0) != (to <= 0.0);
+            crosses.then(|| places[side].lerp(places[next], from / (from - to)))
+        })
+        .collect();
+    // Where two pieces of the pattern touch at their corners, either pair of lines is as good.
+    let mut sum = [0.0; 3];
+    for line in crossings.chunks_exact(2) {
+        let normal = (line[1] - line[0]).perp();
+        let length = normal.length();
+        if length > 0.0 {
+            sum[0] += normal.x * normal.x / length;
+            sum[1] += normal.y * normal.y / length;
+            sum[2] += normal.x * normal.y / length;
+        }
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::shape_map::{Pattern, Storage, bake};
+
+    /// Returns the mean of the chart of the pattern of `size`² pixels that `is_solid`.
+    fn mean(size: u32, is_solid: impl Fn(f64, f64) -> bool) -> [f64; 4] {
+        let centre = |i: u32| f64::from(i) + 0.5;
+        let solid = (0..size * size).map(|i| is_solid(centre(i % size), centre(i / size)));
+        let pattern = Pattern::from_pixels(size, size, solid.collect::<Vec<_>>()).unwrap();
+        let chart = chart(&bake(&pattern, Storage::R32F, &|_| ()), 0.0);
+        let sums = chart.pixels().fold([0.0; 4], |sums, pixel| {
+            [0, 1, 2, 3].map(|i| sums[i] + f64::from(pixel.0[i]))
+        });
+        let [cap, xx, yy, xy] = sums.map(|sum| sum / f64::from(size * size));
+        let most = f64::from(MOST);
+        [cap, xx * most, yy * most, (xy - 0.5) * most]
+    }
+
+    #[test]
+    fn stripes_have_two_edges_a_period() {
+        let [cap, xx, yy, xy] = mean(24, |x, _| x % 8.0 < 3.0);
+        assert!((cap - 0.375).abs() < 1e-6, "{cap}");
+        assert!((xx - 0.25).abs() < 1e-6 && yy.abs() < 1e-6 && xy.abs() < 1e-6);
+        // Grooves of one pixel, too.
+        let [cap, xx, ..] = mean(24, |x, _| x % 6.0 >= 1.0);
+        assert!((cap - 5.0 / 6.0).abs() < 1e-6 && (xx - 1.0 / 3.0).abs() < 1e-6);
+    }
+
+    #[test]
+    fn gaps_are_as_wide_as_the_way_across() {
+        let solid = (0..64 * 64).map(|i| i % 64 < 24).collect::<Vec<_>>();
+        let pattern = Pattern::from_pixels(64, 64, solid).unwrap();
+        let found = gap(&bake(&pattern, Storage::R32F, &|_| ()), 0.0);
+        assert!((found - 40.0).abs() < 0.1, "{found}");
+        let full = Pattern::from_pixels(2, 2, [true; 4]).unwrap();
+        assert_eq!(gap(&bake(&full, Storage::R32F, &|_| ()), 0.0), 0.0);
+    }
+
+    #[test]
+    fn slanted_stripes_have_slanted_normals() {
+        let [cap, xx, yy, xy] = mean(64, |x, y| (x + y) % 16.0 < 8.0);
+        // Normals (1, 1) / sqrt 2; the period is 16 / sqrt 2.
+        let half = std::f64::consts::SQRT_2 / 16.0;
+        assert!((cap - 0.5).abs() < 0.04, "{cap}");
+        for found in [xx, yy, xy] {
+            assert!((found / half - 1.0).abs() < 0.05, "{xx} {yy} {xy}");
+        }
+    }
+
+    #[test]
+    fn a_disc_has_an_outline_in_all_directions() {
+        let [cap, xx, yy, xy] = mean(64, |x, y| (x - 32.0).hypot(y - 32.0) < 20.0);
+        let area = std::f64::consts::PI * 400.0 / 4096.0;
+        // Half of the circumference along each axis; steps of pixels make it a bit longer.
+        let half = std::f64::consts::PI * 20.0 / 4096.0;
+        assert!((cap - area).abs() < 0.01, "{cap} {area}");
+        assert!(xx / half > 0.99 && xx / half < 1.07, "{xx} {half}");
+        assert!((xx - yy).abs() < 1e-6 && xy.abs() < 1e-6);
+    }
+}

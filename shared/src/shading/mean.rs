@@ -1,0 +1,638 @@
+//! The mean of what a pixel sees of a pattern whose parts are smaller than the pixel.
+//!
+//! A chart of the pattern says which share of an area is cap, and how its outline runs: the sum of
+//! m mᵀ over the outline, where m is its unit normal, per area. Its eigenvectors are the normals of two
+//! families of straight grooves that have the same outline. How far the floor is shifted against the
+//! cap, seen from the eye, says which shares of a groove are floor and sides; how far it is
+//! shifted as seen from a light, which share of them is lit.
+//!
+//! A texel of the chart is four numbers: the share of the cap, and xx, yy and xy of the sum, 1 / texels.
+
+use super::edges::{Shares, from_code};
+use super::layout::{Finish, Light, Lighting};
+use super::lights::{self, Incoming};
+use super::material::finish_of;
+use super::{Tables, image, shade_under};
+use crate::arithmetic::{abs, clamp, div, kept, max, min, normalize_or, sqrt};
+use crate::camera::{on_plane, pixel_ray};
+use crate::contract::check3;
+use crate::gbuffer::{Hits, MeshFrame, Sample};
+use crate::layout::{Frame, vec2, vec3};
+use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
+use crate::trace::word;
+use crate::{Real, Vec2, Vec3};
+use glam::{UVec4, Vec4};
+use image::{Footprint, sample_over};
+
+/// Largest xx or yy of a texel of the chart, and twice the largest xy.
+pub const MOST: Real = 1.5;
+/// Least cosine between the mesh and the direction to the eye or to a light.
+const LEAST_COSINE: Real = 0.02;
+/// Where the mesh faces the eye by this share of what it does beside a pixel, it turns away too fast
+/// for a plane, and 1 over what is left to a plane.
+const TURNS: Real = 0.85;
+const TURNS_SCALE: Real = 10.0;
+/// Least cosine between normals of the mesh that face alike.
+const ALIKE: Real = 0.9;
+/// Least outline per area, and least share of an area.
+const LEAST: Real = 1e-4;
+/// How much of what both families hide is hidden twice: all in square holes, nothing around
+/// square parts.
+const BOTH: Real = 0.75;
+/// Mean of |cos| over all directions.
+const EVEN: Real = core::f32::consts::FRAC_2_PI;
+/// Cosine and sine of how far two directions are from that to the eye, which have the mean square of the
+/// cosine of all sides of a round groove that are seen: 2 / 3.
+const EVEN_SIDE: (Real, Real) = (0.816_496_6, 0.577_350_3);
+
+/// The pattern around a pixel as two families of straight grooves. Lengths are world units.
+#[derive(Clone, Copy, Debug)]
+struct Pattern {
+    /// Unit normal of the outlines of the first family, along growing u and v on the mesh; that of
+    /// the second one is across.
+    first: Vec2,
+    /// How much the families differ: 0 where the outline runs in all directions alike, 1 where
+    /// all of it is of the first family.
+    order: Real,
+    /// Width of the grooves of each family, if those of the other one take no place.
+    width: Vec2,
+}
+
+/// Which shares of an area are seen; the rest is floor.
+#[derive(Clone, Copy, Debug)]
+struct Seen {
+    cap: Real,
+    /// Of the grooves of each family.
+    sides: Vec2,
+}
+
+/// How a pixel sees the mesh.
+#[derive(Clone, Copy, Debug)]
+struct View {
+    /// Unit direction of the ray.
+    direction: Vec3,
+    mesh: MeshFrame,
+    /// The place on the cap where the ray goes through.
+    cap: Sample,
+    /// Repeats of the pattern per world unit along u and v.
+    rate: Vec2,
+}
+
+/// The grooves at a pixel. Two-dimensional vectors lie on the mesh, across those of each family.
+#[derive(Clone, Copy, Debug)]
+struct Grooves {
+    /// Unit normal of the mesh, world axes.
+    normal: Vec3,
+    /// Unit direction across the grooves of the first family.
+    first: Vec3,
+    /// See [`Pattern`].
+    order: Real,
+    width: Vec2,
+    depth: Real,
+    /// How far sides grow towards the middle of a groove.
+    growth: Real,
+    /// Width of a groove from side to side.
+    gap: Real,
+}
+
+/// What is done in turn: the pattern is found; then of what is seen of it are shaded the cap, of
+/// each family the sides that face the eye and those that face away from it, and the floor.
+const STEPS: u32 = 7;
+const FIND: u32 = 0;
+const CAP: u32 = 1;
+const FLOOR: u32 = 6;
+
+/// A picture of colours.
+pub trait Colors {
+    /// Returns the words of pixel (`x`, `y`), see [`words_with_edges`](super::words_with_edges).
+    fn color(&self, x: u32, y: u32) -> UVec4;
+}
+
+/// Returns the words of pixel (`x`, `y`) of a picture with smooth edges, where the mean of a pattern
+/// is seen instead of what the pixel hits: not at all where the grooves of the pattern are wider than
+/// the pixel, nothing else where the pixel is twice as wide as they are. Hits know the mesh.
+#[inline]
+pub fn words<T: Tables + ?Sized, H: Hits + Colors + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    lighting: &Lighting,
+    at: (u32, u32),
+    hits: &H,
+) -> UVec4 {
+    let (mean, weight) = mean(tables, frame, lighting, hits, at);
+    let found = hits.color(at.0, at.1);
+    if weight > 0.0 {
+        check3(mean);
+        let color = |word: u32| f32::from_bits(word) * (1.0 - weight);
+        let own = Vec3::new(color(found.x), color(found.y), color(found.z));
+        let rgb = own + mean * weight;
+        let code = faded(hits, at, found.w, 1.0 - weight);
+        UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), code)
+    } else {
+        found
+    }
+}
+
+/// Returns the class word `code` of pixel (`x`, `y`), in which the shares of neighbours are scaled by
+/// `scale`, where they hit the same pattern on a part of the mesh that faces alike.
+#[inline]
+fn faded<H: Hits + ?Sized>(hits: &H, (x, y): (u32, u32), code: u32, scale: Real) -> u32 {
+    let (finish, mesh) = (hits.sample(x, y).finish, hits.mesh(x, y));
+    let (class, shares) = from_code(code);
+    let share = |share: Real, is_after: bool| {
+        if share > 0.0 {
+            // Only neighbours in the picture have a share.
+            let step = |x: u32| if is_after { x + 1 } else { x - 1 };
+            let (x, y) = if shares.is_down {
+                (x, step(y))
+            } else {
+                (step(x), y)
+            };
+            let other = hits.sample(x, y);
+            let cosine = kept(mesh.normal.dot(hits.mesh(x, y).normal));
+            let is_alike = other.class != CLASS_MISS && other.finish == finish && cosine > ALIKE;
+            share * if is_alike { scale } else { 1.0 }
+        } else {
+            0.0
+        }
+    };
+    let shares = Shares {
+        before: share(shares.before, false),
+        after: share(shares.after, true),
+        ..shares
+    };
+    shares.code(class)
+}
+
+impl View {
+    /// Returns that of a pixel that hits `hit` on `mesh` along `direction`.
+    #[inline]
+    fn new<T: Tables + ?Sized>(tables: &T, direction: Vec3, mesh: MeshFrame, hit: &Sample) -> View {
+        let rate = density(tables, tables.finish(finish_of(hit)), hit);
+        let view = View {
+            direction,
+            mesh,
+            cap: *hit,
+            rate,
+        };
+        View {
+            cap: view.at_depth(tables, 0.0),
+            ..view
+        }
+    }
+
+    /// Returns the place on the ray at the depth fraction `depth_fraction` above or below `cap`, on a
+    /// surface that faces as the mesh does.
+    #[inline]
+    fn at_depth<T: Tables + ?Sized>(&self, tables: &T, depth_fraction: Real) -> Sample {
+        let View {
+            mesh, cap, rate, ..
+        } = self;
+        let finish = tables.finish(finish_of(cap));
+        let (along, across) = per_depth(mesh, self.direction);
+        let down = (depth_fraction - cap.depth_fraction) * finish.depth * cap.unit;
+        Sample {
+            class: if depth_fraction > 0.0 {
+                CLASS_FLOOR
+            } else {
+                CLASS_CAP
+            },
+            t: max(cap.t + down * along, 0.0),
+            uv: cap.uv + across * *rate * down,
+            depth_fraction,
+            normal: mesh.normal,
+            tangent: mesh.along_u,
+            is_mirrored: mesh.is_mirrored,
+            is_along_v: false,
+            openness: 1.0,
+            ..*cap
+        }
+    }
+
+    /// Returns texels of the chart per world unit along u and v.
+    #[inline]
+    fn texels(&self, finish: &Finish) -> Vec2 {
+        let chart = &finish.chart;
+        self.rate * Vec2::new(chart.width as i32 as Real, chart.height as i32 as Real)
+    }
+}
+
+/// Returns how far the ray along `direction` goes per unit of depth below `mesh`: along itself, and
+/// along the mesh.
+#[inline]
+fn per_depth(mesh: &MeshFrame, direction: Vec3) -> (Real, Vec2) {
+    let inverse = div(1.0, max(-kept(mesh.normal.dot(direction)), LEAST_COSINE));
+    let along = Vec2::new(
+        kept(mesh.along_u.dot(direction)),
+        kept(mesh.along_v().dot(direction)),
+    );
+    (inverse, along * inverse)
+}
+
+/// Returns repeats of the pattern per world unit along u and v at `hit`.
+#[inline]
+fn density<T: Tables + ?Sized>(tables: &T, finish: &Finish, hit: &Sample) -> Vec2 {
+    let facet = tables.facet(finish.first_facet + hit.facet);
+    vec2(facet.density) * div(1.0, max(hit.unit, 1e-12))
+}
+
+/// Returns how even the mesh is around pixel (`x`, `y`), which hits something: 1 where it faces the
+/// eye as the pixels beside do, 0 where it turns away within a pixel.
+#[inline]
+fn evenness<H: Hits + ?Sized>(frame: &Frame, hits: &H, (x, y): (u32, u32)) -> Real {
+    let facing = |x: u32, y: u32| -kept(hits.mesh(x, y).normal.dot(pixel_ray(frame, x, y)));
+    let (finish, own) = (hits.sample(x, y).finish, facing(x, y));
+    let mut most = max(own, 1e-6);
+    let mut side = 0;
+    while side < 4 {
+        let step = if side & 1 == 0 { 1 } else { -1 };
+        let x = x as i32 + if side < 2 { step } else { 0 };
+        let y = y as i32 + if side < 2 { 0 } else { step };
+        let [width, height] = frame.size;
+        if x >= 0 && y >= 0 && x < width as i32 && y < height as i32 {
+            let (x, y) = (x as u32, y as u32);
+            let beside = hits.sample(x, y);
+            if beside.class != CLASS_MISS && beside.finish == finish {
+                most = max(most, facing(x, y));
+            }
+        }
+        side += 1;
+    }
+    clamp((div(own, most) - TURNS) * TURNS_SCALE, 0.0, 1.0)
+}
+
+/// Returns the pattern around pixel (`x`, `y`), which shares of it are seen, and how much of the
+/// mean is.
+#[inline]
+fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    hits: &H,
+    at: (u32, u32),
+    view: &View,
+) -> (Pattern, Seen, Real) {
+    let View {
+        mesh, cap, rate, ..
+    } = view;
+    let rate = *rate;
+    let finish = tables.finish(finish_of(cap));
+    let chart = &finish.chart;
+    let [right, down] = on_plane(frame, view.direction, cap.t, mesh.normal, LEAST_COSINE);
+    let along_v = mesh.along_v();
+    let on_mesh = |side: Vec3| Vec2::new(kept(mesh.along_u.dot(side)), kept(along_v.dot(side)));
+    let footprint = Footprint {
+        right: on_mesh(right),
+        down: on_mesh(down),
+    };
+    let pixel = footprint.longest();
+    let (_, along) = per_depth(mesh, view.direction);
+    let way = along * finish.depth * cap.unit;
+    let longer = 1.0 + div(sqrt(kept(way.dot(way))), max(pixel, 1e-12));
+    // The cap is that of the pixel. Sides and floor are seen on the way down, too.
+    let mut cap_share = 0.0;
+    let mut around = Vec4::ZERO;
+    let mut which = 0;
+    while which < 2 {
+        let is_around = which == 1;
+        let at = if is_around {
+            cap.uv + way * rate * 0.5
+        } else {
+            cap.uv
+        };
+        let scale = if is_around { rate * longer } else { rate };
+        let found = sample_over(tables, chart, at, &footprint.scaled(scale));
+        if is_around {
+            around = found;
+        } else {
+            cap_share = found.x;
+        }
+        which += 1;
+    }
+    let texels = view.texels(finish);
+    let xx = around.y * MOST * texels.x;
+    let yy = around.z * MOST * texels.y;
+    let xy = (around.w - 0.5) * MOST * sqrt(texels.x * texels.y);
+    // The eigenvectors, of the matrix over its trace.
+    let outline = xx + yy;
+    let inverse = div(1.0, max(outline, 1e-12));
+    let difference = 0.5 * (xx - yy) * inverse;
+    let mixed = xy * inverse;
+    let half_order = min(sqrt(difference * difference + mixed * mixed), 0.5);
+    let cosine = clamp(div(difference, max(half_order, 1e-6)), -1.0, 1.0);
+    let second = sqrt(max(0.5 - 0.5 * cosine, 0.0));
+    let groove_around = max(1.0 - around.x, LEAST);
+    // Each family has some outline, so that its grooves have a width.
+    let width = |share: Real| div(2.0 * groove_around, max(share, LEAST) * outline + 1e-12);
+    let pattern = Pattern {
+        first: Vec2::new(
+            sqrt(max(0.5 + 0.5 * cosine, 0.0)),
+            if mixed < 0.0 { -second } else { second },
+        ),
+        order: 2.0 * half_order,
+        width: Vec2::new(width(0.5 + half_order), width(0.5 - half_order)),
+    };
+    let grooves = Grooves::new(tables, view, &pattern);
+    let sides = grooves.sides(view.direction);
+    let first = div(sides.x, pattern.width.x);
+    let second = div(sides.y, pattern.width.y);
+    let groove = clamp(1.0 - cap_share, 0.0, 1.0);
+    let side = groove * (1.0 - left(first, second));
+    let first = div(first, max(first + second, 1e-12)) * side;
+    let seen = Seen {
+        cap: 1.0 - groove,
+        sides: Vec2::new(first, max(side - first, 0.0)),
+    };
+    // The cap is known to the pixel; what lies in the grooves is not.
+    let weight = |pixel: Real| clamp(div(pixel, pattern.width.x) - 1.0, 0.0, 1.0);
+    let slanted = weight(pixel);
+    let slanted = if slanted > 0.0 {
+        slanted * evenness(frame, hits, at)
+    } else {
+        0.0
+    };
+    (pattern, seen, max(weight(footprint.narrowest()), slanted))
+}
+
+/// Returns the share of a floor that is left where the grooves of either family hide these shares of
+/// it: between that of holes, where some is hidden twice, and that around parts that stand apart.
+#[inline]
+fn left(first: Real, second: Real) -> Real {
+    let [first, second] = [min(first, 1.0), min(second, 1.0)];
+    max(1.0 - first - second + BOTH * first * second, 0.0)
+}
+
+impl Grooves {
+    /// Returns those of `pattern` in `view`.
+    #[inline]
+    fn new<T: Tables + ?Sized>(tables: &T, view: &View, pattern: &Pattern) -> Grooves {
+        let View {
+            mesh, cap, rate, ..
+        } = view;
+        let finish = tables.finish(finish_of(cap));
+        let Pattern {
+            first,
+            order,
+            width,
+        } = *pattern;
+        let texels = view.texels(finish);
+        let gap = div(finish.gap, max(sqrt(texels.x * texels.y), 1e-12));
+        Grooves {
+            normal: mesh.normal,
+            first: mesh.along_u * first.x + mesh.along_v() * first.y,
+            order,
+            width,
+            depth: finish.depth * cap.unit,
+            growth: div(finish.growth, max(rate.x, 1e-12)),
+            gap: max(gap, 1e-12),
+        }
+    }
+
+    /// Returns how far the ray along `direction` goes along the mesh per unit of depth.
+    #[inline]
+    fn along(&self, direction: Vec3) -> Vec2 {
+        let inverse = div(1.0, max(-kept(self.normal.dot(direction)), LEAST_COSINE));
+        let second = self.normal.cross(self.first);
+        let along = Vec2::new(kept(self.first.dot(direction)), kept(second.dot(direction)));
+        along * inverse
+    }
+
+    /// Returns how far a ray that goes `along` the mesh per unit of depth is shifted by the depth,
+    /// across the grooves of each family.
+    #[inline]
+    fn shift(&self, along: Vec2) -> Vec2 {
+        let even = EVEN * (1.0 - self.order) * sqrt(kept(along.dot(along)));
+        let across = |along: Real| (even + self.order * abs(along)) * self.depth;
+        Vec2::new(across(along.x), across(along.y))
+    }
+
+    /// Returns how wide both sides of a groove of each family are, as seen along `direction`.
+    #[inline]
+    fn sides(&self, direction: Vec3) -> Vec2 {
+        let shift = self.shift(self.along(direction));
+        let width = |shift: Real| self.growth + max(self.growth, shift);
+        Vec2::new(width(shift.x), width(shift.y))
+    }
+
+    /// Returns the share of what is seen of the sides of one family along `direction` that faces away
+    /// from the eye: something, if they lean back by more than it looks from the side.
+    #[inline]
+    fn away(&self, direction: Vec3, is_second: bool) -> Real {
+        let shift = of_family(self.shift(self.along(direction)), is_second);
+        div(max(self.growth - shift, 0.0), max(2.0 * self.growth, 1e-12))
+    }
+
+    /// Returns the sides of one family that face the eye, which looks along `direction`, or away from
+    /// it, at the place `half_way` down.
+    #[inline]
+    fn side(
+        &self,
+        direction: Vec3,
+        is_second: bool,
+        is_away: bool,
+        mesh: &MeshFrame,
+        half_way: &Sample,
+        class: u32,
+    ) -> Sample {
+        let (gap, depth) = (self.gap, self.depth);
+        let along = self.along(direction);
+        let length = sqrt(kept(along.dot(along)));
+        let towards = -along * div(1.0, max(length, 1e-12));
+        let faces = if is_second { towards.y } else { towards.x };
+        let sign = if faces < 0.0 { -1.0 } else { 1.0 };
+        // What runs in all directions faces the eye from both sides.
+        let beside = Vec2::new(-towards.y, towards.x);
+        let beside = if of_family(beside, is_second) * sign < 0.0 {
+            -beside
+        } else {
+            beside
+        };
+        let own = sign * self.order;
+        let even = (towards * EVEN_SIDE.0 + beside * EVEN_SIDE.1) * (1.0 - self.order);
+        let facing = if is_second {
+            Vec2::new(even.x, even.y + own)
+        } else {
+            Vec2::new(even.x + own, even.y)
+        };
+        let facing = if is_away { -facing } else { facing };
+        let second = self.normal.cross(self.first);
+        let upright = normalize_or(self.first * facing.x + second * facing.y, self.first);
+        let lean = div(self.growth, max(depth, 1e-12));
+        let normal = normalize_or(upright + self.normal * lean, upright);
+        let is_along_v = abs(upright.dot(mesh.along_u)) > abs(upright.dot(mesh.along_v()));
+        let sky = 0.5 - 0.5 * div(sqrt(gap * gap + depth * depth) - gap, max(depth, 1e-12));
+        let side = Sample {
+            class,
+            normal,
+            openness: if class == CLASS_BEVEL {
+                0.5 + 0.5 * sky
+            } else {
+                0.25 + 0.5 * sky
+            },
+            ..*half_way
+        };
+        side.along_outline(mesh, self.normal.cross(upright), is_along_v)
+    }
+
+    /// Returns the share of the sky that the floor sees, 0…1.
+    #[inline]
+    fn floor_openness(&self) -> Real {
+        let depth = self.depth;
+        let open = |width: Real| div(sqrt(width * width + depth * depth) - depth, width);
+        open(self.width.x) * open(self.width.y)
+    }
+
+    /// Returns the share of what is seen of the floor or of the sides of one family along `direction`
+    /// that `incoming` light reaches, where shadows are looked up at this distance above surfaces.
+    #[inline]
+    fn lit(
+        &self,
+        direction: Vec3,
+        is_floor: bool,
+        is_second: bool,
+        incoming: &Incoming,
+        lift: Real,
+    ) -> Real {
+        let eye = self.along(direction);
+        let light = self.along(-incoming.direction);
+        let (seen, lit) = (self.shift(eye), self.shift(light));
+        if is_floor {
+            // How much of the shadow lies where the eye does not see: all of it if both look from
+            // the same side.
+            let lengths = sqrt(kept(eye.dot(eye)) * kept(light.dot(light)));
+            let even = clamp(div(kept(eye.dot(light)), max(lengths, 1e-12)), 0.0, 1.0);
+            let shallower = max(1.0 - div(lift, max(self.depth, 1e-12)), 0.0);
+            let hidden = |eye: Real, light: Real, seen: Real, lit: Real, width: Real| {
+                let is_same = (eye < 0.0) == (light < 0.0);
+                let same = even + self.order * (if is_same { 1.0 } else { 0.0 } - even);
+                let foot = div(1.0, max(width - 2.0 * self.growth, 1e-12));
+                let seen = max(seen - self.growth, 0.0);
+                let lit = max(lit * shallower - self.growth, 0.0);
+                let apart = seen + lit;
+                let both = apart + (max(seen, lit) - apart) * same;
+                Vec2::new(seen * foot, both * foot)
+            };
+            let first = hidden(eye.x, light.x, seen.x, lit.x, self.width.x);
+            let second = hidden(eye.y, light.y, seen.y, lit.y, self.width.y);
+            let seen = max(left(first.x, second.x), 1e-6);
+            min(div(left(first.y, second.y), seen), 1.0)
+        } else {
+            let gap = max(self.gap - lift, 0.0);
+            let (seen, lit) = (of_family(seen, is_second), of_family(lit, is_second));
+            // Down to which part of the depth, in straight grooves and in round ones.
+            let deep = |gap: Real, shift: Real| min(div(gap, max(shift, 1e-12)), 1.0);
+            let straight = min(div(deep(gap, lit), deep(self.gap, seen)), 1.0);
+            let round = div(2.0 * self.gap + seen, 2.0 * self.gap + seen + lit);
+            round + (straight - round) * self.order
+        }
+    }
+}
+
+/// Returns what `of_both` says of one family.
+#[inline]
+fn of_family(of_both: Vec2, is_second: bool) -> Real {
+    if is_second { of_both.y } else { of_both.x }
+}
+
+/// Returns the linear RGB of the mean that pixel (`x`, `y`) shows, and how much of it is seen, 0…1.
+#[inline]
+fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    lighting: &Lighting,
+    hits: &H,
+    at: (u32, u32),
+) -> (Vec3, Real) {
+    let (mut rgb, mut weight) = (Vec3::ZERO, 0.0);
+    let mut pattern = Pattern {
+        first: Vec2::X,
+        order: 0.0,
+        width: Vec2::ONE,
+    };
+    let mut seen = Seen {
+        cap: 1.0,
+        sides: Vec2::ZERO,
+    };
+    let (mut step, mut end) = (FIND, 1);
+    while step < end {
+        // Read again for each part, so that it takes no registers meanwhile.
+        let hit = hits.sample_on_mesh(at.0, at.1);
+        if hit.class != CLASS_MISS && tables.finish(finish_of(&hit)).chart.levels != 0 {
+            let direction = pixel_ray(frame, at.0, at.1);
+            let view = View::new(tables, direction, hits.mesh(at.0, at.1), &hit);
+            if step == FIND {
+                let found = self::pattern(tables, frame, hits, at, &view);
+                (pattern, seen, weight) = found;
+                if weight > 0.0 {
+                    end = STEPS;
+                }
+            } else {
+                let grooves = Grooves::new(tables, &view, &pattern);
+                rgb += part(tables, frame, lighting, &view, &grooves, &seen, step);
+            }
+        }
+        step += 1;
+    }
+    (rgb, weight)
+}
+
+/// Returns what the part of `grooves` that `step` shades adds to the mean.
+#[inline]
+fn part<T: Tables + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    lighting: &Lighting,
+    view: &View,
+    grooves: &Grooves,
+    seen: &Seen,
+    step: u32,
+) -> Vec3 {
+    let View {
+        direction,
+        mesh,
+        cap,
+        ..
+    } = *view;
+    let (is_cap, is_floor) = (step == CAP, step == FLOOR);
+    let (is_second, is_away) = (step > 3, step & 1 != 0);
+    let share = if is_cap {
+        seen.cap
+    } else if is_floor {
+        1.0 - seen.cap - seen.sides.x - seen.sides.y
+    } else {
+        let away = grooves.away(direction, is_second);
+        of_family(seen.sides, is_second) * if is_away { away } else { 1.0 - away }
+    };
+    if share <= 0.0 {
+        return Vec3::ZERO;
+    }
+    let finish = tables.finish(finish_of(&cap));
+    let down = if is_cap {
+        0.0
+    } else if is_floor {
+        1.0
+    } else {
+        0.5
+    };
+    let hit = view.at_depth(tables, down);
+    let hit = if is_cap {
+        hit
+    } else if is_floor {
+        Sample {
+            openness: grooves.floor_openness(),
+            ..hit
+        }
+    } else {
+        grooves.side(direction, is_second, is_away, &mesh, &hit, finish.side)
+    };
+    let on_cap = vec3(frame.eye) + direction * cap.t;
+    let arriving = |light: &Light, incoming: &Incoming, _| {
+        let own = if is_cap || light.shadows == 0 {
+            1.0
+        } else {
+            let lift = lights::lift(tables, light, on_cap);
+            grooves.lit(direction, is_floor, is_second, incoming, lift)
+        };
+        own * lights::arriving(tables, light, on_cap, grooves.normal)
+    };
+    shade_under(tables, frame, lighting, direction, &hit, arriving) * share
+}
