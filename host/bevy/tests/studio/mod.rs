@@ -6,7 +6,7 @@ use bevy::app::PluginsState;
 use bevy::asset::RenderAssetUsages;
 use bevy::camera::RenderTarget;
 use bevy::camera::ShadowLodOrigin;
-use bevy::core_pipeline::tonemapping::Tonemapping;
+use bevy::core_pipeline::tonemapping::{DebandDither, Tonemapping};
 use bevy::log::LogPlugin;
 use bevy::log::tracing::{Event, Level, Subscriber, field};
 use bevy::log::tracing_subscriber::layer::{Context, Layer};
@@ -204,6 +204,8 @@ impl Studio {
             target,
             Msaa::Off,
             Tonemapping::None,
+            // It would change colours that stand for classes.
+            DebandDither::Disabled,
             ShadowLodOrigin,
             projection,
             view.transform(),
