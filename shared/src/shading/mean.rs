@@ -34,6 +34,8 @@ const TURNS: Real = 0.85;
 const TURNS_SCALE: Real = 10.0;
 /// Least cosine between normals of the mesh that face alike.
 const ALIKE: Real = 0.9;
+/// How many times a groove may be narrower than the mean of the gaps of its pattern.
+const MOST_UNEVEN: Real = 4.0;
 /// Least outline per area, and least share of an area.
 const LEAST: Real = 1e-4;
 /// How much of what both families hide is hidden twice: all in square holes, nothing around
@@ -215,6 +217,13 @@ impl View {
         let chart = &finish.chart;
         self.rate * Vec2::new(chart.width as i32 as Real, chart.height as i32 as Real)
     }
+
+    /// Returns the mean width of the pattern's gaps, world units.
+    #[inline]
+    fn gap(&self, finish: &Finish) -> Real {
+        let texels = self.texels(finish);
+        div(finish.gap, max(sqrt(texels.x * texels.y), 1e-12))
+    }
 }
 
 /// Returns how far the ray along `direction` goes per unit of depth below `mesh`: along itself, and
@@ -268,7 +277,7 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
     tables: &T,
     frame: &Frame,
     hits: &H,
-    at: (u32, u32),
+    at_pixel: (u32, u32),
     view: &View,
 ) -> (Pattern, Seen, Real) {
     let View {
@@ -276,7 +285,6 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
     } = view;
     let rate = *rate;
     let finish = tables.finish(finish_of(cap));
-    let chart = &finish.chart;
     let [right, down] = on_plane(frame, view.direction, cap.t, mesh.normal, LEAST_COSINE);
     let along_v = mesh.along_v();
     let on_mesh = |side: Vec3| Vec2::new(kept(mesh.along_u.dot(side)), kept(along_v.dot(side)));
@@ -288,69 +296,88 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
     let (_, along) = per_depth(mesh, view.direction);
     let way = along * finish.depth * cap.unit;
     let longer = 1.0 + div(sqrt(kept(way.dot(way))), max(pixel, 1e-12));
-    // The cap is that of the pixel. Sides and floor are seen on the way down, too.
-    let mut cap_share = 0.0;
-    let mut around = Vec4::ZERO;
+    let mut pattern = Pattern::NONE;
+    let mut weight = 0.0;
+    let mut cap_share = 1.0;
     let mut which = 0;
-    while which < 2 {
-        let is_around = which == 1;
-        let at = if is_around {
-            cap.uv + way * rate * 0.5
-        } else {
+    let mut end = if pixel * MOST_UNEVEN < view.gap(finish) {
+        0
+    } else {
+        1
+    };
+    while which < end {
+        // Sides and floor are seen on the way down. The cap is that of the pixel.
+        let is_cap = which == 1;
+        let at = if is_cap {
             cap.uv
-        };
-        let scale = if is_around { rate * longer } else { rate };
-        let found = sample_over(tables, chart, at, &footprint.scaled(scale));
-        if is_around {
-            around = found;
         } else {
-            cap_share = found.x;
+            cap.uv + way * rate * 0.5
+        };
+        let scale = if is_cap { rate } else { rate * longer };
+        let found = sample_over(tables, &finish.chart, at, &footprint.scaled(scale));
+        if is_cap {
+            cap_share = clamp(found.x, 0.0, 1.0);
+        } else {
+            pattern = Pattern::new(found, view.texels(finish));
+            // The cap is known to the pixel; what lies in the grooves is not.
+            let width = pattern.width.x;
+            let of = |pixel: Real| clamp(div(pixel, width) - 1.0, 0.0, 1.0);
+            weight = of(pixel);
+            if weight > 0.0 {
+                let even = evenness(frame, hits, at_pixel);
+                weight = max(of(footprint.narrowest()), weight * even);
+                end = 2;
+            }
         }
         which += 1;
     }
-    let texels = view.texels(finish);
-    let xx = around.y * MOST * texels.x;
-    let yy = around.z * MOST * texels.y;
-    let xy = (around.w - 0.5) * MOST * sqrt(texels.x * texels.y);
-    // The eigenvectors, of the matrix over its trace.
-    let outline = xx + yy;
-    let inverse = div(1.0, max(outline, 1e-12));
-    let difference = 0.5 * (xx - yy) * inverse;
-    let mixed = xy * inverse;
-    let half_order = min(sqrt(difference * difference + mixed * mixed), 0.5);
-    let cosine = clamp(div(difference, max(half_order, 1e-6)), -1.0, 1.0);
-    let second = sqrt(max(0.5 - 0.5 * cosine, 0.0));
-    let groove_around = max(1.0 - around.x, LEAST);
-    // Each family has some outline, so that its grooves have a width.
-    let width = |share: Real| div(2.0 * groove_around, max(share, LEAST) * outline + 1e-12);
-    let pattern = Pattern {
-        first: Vec2::new(
-            sqrt(max(0.5 + 0.5 * cosine, 0.0)),
-            if mixed < 0.0 { -second } else { second },
-        ),
-        order: 2.0 * half_order,
-        width: Vec2::new(width(0.5 + half_order), width(0.5 - half_order)),
-    };
     let grooves = Grooves::new(tables, view, &pattern);
     let sides = grooves.sides(view.direction);
     let first = div(sides.x, pattern.width.x);
     let second = div(sides.y, pattern.width.y);
-    let groove = clamp(1.0 - cap_share, 0.0, 1.0);
-    let side = groove * (1.0 - left(first, second));
+    let side = (1.0 - cap_share) * (1.0 - left(first, second));
     let first = div(first, max(first + second, 1e-12)) * side;
     let seen = Seen {
-        cap: 1.0 - groove,
+        cap: cap_share,
         sides: Vec2::new(first, max(side - first, 0.0)),
     };
-    // The cap is known to the pixel; what lies in the grooves is not.
-    let weight = |pixel: Real| clamp(div(pixel, pattern.width.x) - 1.0, 0.0, 1.0);
-    let slanted = weight(pixel);
-    let slanted = if slanted > 0.0 {
-        slanted * evenness(frame, hits, at)
-    } else {
-        0.0
+    (pattern, seen, weight)
+}
+
+impl Pattern {
+    /// What takes the place of a pattern that is not seen.
+    const NONE: Pattern = Pattern {
+        first: Vec2::X,
+        order: 0.0,
+        width: Vec2::ONE,
     };
-    (pattern, seen, max(weight(footprint.narrowest()), slanted))
+
+    /// Returns that of a texel of the chart, of which `texels` are a world unit along u and v.
+    #[inline]
+    fn new(texel: Vec4, texels: Vec2) -> Pattern {
+        let xx = texel.y * MOST * texels.x;
+        let yy = texel.z * MOST * texels.y;
+        let xy = (texel.w - 0.5) * MOST * sqrt(texels.x * texels.y);
+        // The eigenvectors, of the matrix over its trace.
+        let outline = xx + yy;
+        let inverse = div(1.0, max(outline, 1e-12));
+        let difference = 0.5 * (xx - yy) * inverse;
+        let mixed = xy * inverse;
+        let half_order = min(sqrt(difference * difference + mixed * mixed), 0.5);
+        let cosine = clamp(div(difference, max(half_order, 1e-6)), -1.0, 1.0);
+        let second = sqrt(max(0.5 - 0.5 * cosine, 0.0));
+        let groove = max(1.0 - texel.x, LEAST);
+        // Each family has some outline, so that its grooves have a width.
+        let width = |share: Real| div(2.0 * groove, max(share, LEAST) * outline + 1e-12);
+        Pattern {
+            first: Vec2::new(
+                sqrt(max(0.5 + 0.5 * cosine, 0.0)),
+                if mixed < 0.0 { -second } else { second },
+            ),
+            order: 2.0 * half_order,
+            width: Vec2::new(width(0.5 + half_order), width(0.5 - half_order)),
+        }
+    }
 }
 
 /// Returns the share of a floor that is left where the grooves of either family hide these shares of
@@ -374,8 +401,6 @@ impl Grooves {
             order,
             width,
         } = *pattern;
-        let texels = view.texels(finish);
-        let gap = div(finish.gap, max(sqrt(texels.x * texels.y), 1e-12));
         Grooves {
             normal: mesh.normal,
             first: mesh.along_u * first.x + mesh.along_v() * first.y,
@@ -383,7 +408,7 @@ impl Grooves {
             width,
             depth: finish.depth * cap.unit,
             growth: div(finish.growth, max(rate.x, 1e-12)),
-            gap: max(gap, 1e-12),
+            gap: max(view.gap(finish), 1e-12),
         }
     }
 
@@ -543,11 +568,7 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
     at: (u32, u32),
 ) -> (Vec3, Real) {
     let (mut rgb, mut weight) = (Vec3::ZERO, 0.0);
-    let mut pattern = Pattern {
-        first: Vec2::X,
-        order: 0.0,
-        width: Vec2::ONE,
-    };
+    let mut pattern = Pattern::NONE;
     let mut seen = Seen {
         cap: 1.0,
         sides: Vec2::ZERO,
