@@ -58,8 +58,9 @@ mod workshop;
 use analysis::{Analysed, Analysis};
 use display::{Scale, Show};
 use dropped::Arrived;
-use eframe::egui::{self, Ui};
+use eframe::egui::{self, FontData, FontDefinitions, Ui};
 use eframe::egui_wgpu;
+use epaint_default_fonts::UBUNTU_LIGHT;
 use governor::Governor;
 use platform::Platform;
 use present::Look;
@@ -137,6 +138,18 @@ struct Drawn {
     size: [u32; 2],
 }
 
+/// Returns one font for all text.
+fn fonts() -> FontDefinitions {
+    const NAME: &str = "Ubuntu-Light";
+    let mut fonts = FontDefinitions::empty();
+    let data = FontData::from_static(UBUNTU_LIGHT);
+    fonts.font_data.insert(NAME.to_string(), Arc::new(data));
+    for family in fonts.families.values_mut() {
+        family.push(NAME.to_string());
+    }
+    fonts
+}
+
 impl Viewer {
     /// Creates a viewer of `scene` on the device of `context`.
     ///
@@ -157,6 +170,7 @@ impl Viewer {
         let device = Device::shared(&state.adapter, state.device.clone(), state.queue.clone())
             .map_err(relievo::render::RenderError::from)?;
         let egui = context.egui_ctx.clone();
+        egui.set_fonts(fonts());
         let wake: Wake = Arc::new(move || egui.request_repaint());
         let stage = Stage::new(device, wake.clone())?;
         let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy();
