@@ -21,7 +21,7 @@ use crate::model::{Model, Place, Ray, Traced};
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL, HitSurface};
 use crate::openness::openness;
 use crate::shape_map::{ShapeMap, Texels};
-use crate::tangent::TangentFrame;
+use crate::tangent::{FLAT, TangentFrame};
 use crate::trace::{normals_on, word};
 use crate::{Real, Vec2, Vec3};
 use glam::UVec4;
@@ -194,7 +194,8 @@ pub trait Hits {
     /// Returns the words of pixel (`x`, `y`), which is in the picture: place and surface.
     fn words(&self, x: u32, y: u32) -> (UVec4, UVec4);
 
-    /// Returns what pixel (`x`, `y`) hits.
+    /// Returns what pixel (`x`, `y`) hits; where hits know the mesh, without δ, and on sides without the
+    /// tangent.
     #[inline]
     fn sample(&self, x: u32, y: u32) -> Sample {
         let (place, surface) = self.words(x, y);
@@ -322,8 +323,17 @@ impl Sample {
         if is_side(found.class) {
             // The normal of the mesh is in place of the tangent.
             let mesh = MeshFrame::from_words(place, surface);
-            let outline = normalize_or(kept3(mesh.normal.cross(found.normal)), mesh.along_u);
-            found.along_outline(&mesh, outline, found.is_along_v)
+            let outline = kept3(mesh.normal.cross(found.normal));
+            if outline.dot(outline) > FLAT {
+                let outline = normalize_or(outline, mesh.along_u);
+                found.along_outline(&mesh, outline, found.is_along_v)
+            } else {
+                Sample {
+                    tangent: mesh.along_u,
+                    is_mirrored: mesh.is_mirrored,
+                    ..found
+                }
+            }
         } else {
             found
         }

@@ -317,8 +317,9 @@ pub struct Object {
     /// [`Object::complete`] computes it.
     pub quotients: Quotients,
     /// Number of its materials in the scene: its first [`Finish`](crate::shading::Finish) is
-    /// [`FINISHES`](crate::shading::layout::FINISHES) times this. The flag
-    /// [`KNOWS_EDGES`](crate::gbuffer::KNOWS_EDGES) may be set.
+    /// [`FINISHES`](crate::shading::layout::FINISHES) times this. The flags
+    /// [`KNOWS_EDGES`](crate::gbuffer::KNOWS_EDGES) and [`KNOWS_MESH`](crate::gbuffer::KNOWS_MESH) may be
+    /// set.
     pub finish: u32,
     /// Number of its facets. Facet i of copy c has the number c · `facets` + i where copies are
     /// drawn at once.

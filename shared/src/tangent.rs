@@ -6,6 +6,10 @@ use crate::model::Normals;
 use crate::normals::{CLASS_BEVEL, CLASS_WALL};
 use crate::{Real, Vec3};
 
+/// Largest square of the sine between a side and the mesh where the side has no outline: it faces as
+/// the cap does.
+pub const FLAT: Real = 1e-6;
+
 /// The tangent at a hit, and how the texture lies along it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TangentFrame {
@@ -28,8 +32,7 @@ impl TangentFrame {
         let smooth = normals.smooth;
         let along_u = kept3(gradient_u - smooth * smooth.dot(gradient_u));
         let outline = kept3(smooth.cross(normals.carved));
-        // Where a side faces as the cap does, it has no outline.
-        let is_side = (class == CLASS_WALL || class == CLASS_BEVEL) && outline.dot(outline) > 1e-6;
+        let is_side = (class == CLASS_WALL || class == CLASS_BEVEL) && outline.dot(outline) > FLAT;
         let rate_u: Real = kept(gradient_u.dot(outline));
         let rate_v: Real = kept(gradient_v.dot(outline));
         let is_along_v = is_side && abs(rate_v) > abs(rate_u);

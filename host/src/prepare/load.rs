@@ -322,8 +322,12 @@ fn take_picture(scene: &Scene, account: &mut Account<'_>) -> Result<(), Error> {
     let [width, height] = scene.size.map(u64::from);
     let samples = u64::from(scene.supersampling).pow(2);
     let what = format!("the picture of {width} × {height} pixels, {samples} sample(s) each,");
-    // A scene that is lit physically is drawn to a G-buffer first.
-    let words = if scene.is_physical() { 48 } else { 16 };
+    // A scene that is lit physically is drawn to a G-buffer first; means are seen instead of colours.
+    let words = match (scene.is_physical(), scene.smooth_edges) {
+        (true, true) => 64,
+        (true, false) => 48,
+        (false, _) => 16,
+    };
     let channels = 3 + u64::from(scene.development.is_transparent);
     Ok(account.take(what, width * height, words * samples + channels)?)
 }

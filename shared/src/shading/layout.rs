@@ -90,7 +90,7 @@ pub struct Finish {
     pub cell_width: Real,
     /// What the pattern is on average ([`mean`](super::mean)); no levels where it is not asked for.
     pub chart: Image,
-    /// Mean width of the gaps between its parts, texels of the map.
+    /// Mean width of the gaps between its parts, texels of the chart.
     pub gap: Real,
 }
 

@@ -6,14 +6,15 @@
 //! cap, seen from the eye, says which shares of a groove are floor and sides; how far it is
 //! shifted as seen from a light, which share of them is lit.
 //!
-//! A texel of the chart is four numbers: the share of the cap, and xx, yy and xy of the sum, 1 / texels.
+//! A texel of the chart is four numbers: the share of the cap, and xx / [`MOST`], yy / [`MOST`] and
+//! ½ + xy / [`MOST`] of the sum, 1 / texels.
 
 use super::edges::{Shares, from_code};
 use super::layout::{Finish, Light, Lighting};
 use super::lights::{self, Incoming};
 use super::material::finish_of;
 use super::{Tables, image, shade_under};
-use crate::arithmetic::{abs, clamp, div, kept, max, min, normalize_or, sqrt};
+use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::camera::{on_plane, pixel_ray};
 use crate::contract::check3;
 use crate::gbuffer::{Hits, MeshFrame, Sample};
@@ -24,18 +25,20 @@ use crate::{Real, Vec2, Vec3};
 use glam::{UVec4, Vec4};
 use image::{Footprint, sample_over};
 
-/// Largest xx or yy of a texel of the chart, and twice the largest xy.
+/// Largest xx or yy of a texel of the chart, and twice the largest xy: what is larger is cut off.
 pub const MOST: Real = 1.5;
 /// Least cosine between the mesh and the direction to the eye or to a light.
 const LEAST_COSINE: Real = 0.02;
-/// Where the mesh faces the eye by this share of what it does beside a pixel, it turns away too fast
-/// for a plane, and 1 over what is left to a plane.
+/// Where the mesh faces the ray by this share of what it does beside a pixel, it turns away too fast
+/// for a plane. The mean is full from this share + 1 / scale on.
 const TURNS: Real = 0.85;
 const TURNS_SCALE: Real = 10.0;
-/// Least cosine between normals of the mesh that face alike.
+/// Least cosine between normals of the mesh that face alike, and how far two places of an even mesh
+/// may be above each other, as a share of their distance.
 const ALIKE: Real = 0.9;
+const ALIKE_SLOPE: Real = 0.25;
 /// How many times a groove may be narrower than the mean of the gaps of its pattern.
-const MOST_UNEVEN: Real = 4.0;
+pub const MOST_UNEVEN: Real = 4.0;
 /// Least outline per area, and least share of an area.
 const LEAST: Real = 1e-4;
 /// How much of what both families hide is hidden twice: all in square holes, nothing around
@@ -97,11 +100,13 @@ struct Grooves {
     gap: Real,
 }
 
-/// What is done in turn: the pattern is found; then of what is seen of it are shaded the cap, of
-/// each family the sides that face the eye and those that face away from it, and the floor.
+/// Number of steps. The first one finds the pattern; each of the others shades a part of it.
 const STEPS: u32 = 7;
 const FIND: u32 = 0;
 const CAP: u32 = 1;
+/// The sides of the first family that face the eye, and those that face away; then those of the
+/// second one.
+const SIDES: u32 = 2;
 const FLOOR: u32 = 6;
 
 /// A picture of colours.
@@ -124,11 +129,12 @@ pub fn words<T: Tables + ?Sized, H: Hits + Colors + ?Sized>(
     let (mean, weight) = mean(tables, frame, lighting, hits, at);
     let found = hits.color(at.0, at.1);
     if weight > 0.0 {
+        let mean = kept3(mean);
         check3(mean);
         let color = |word: u32| f32::from_bits(word) * (1.0 - weight);
         let own = Vec3::new(color(found.x), color(found.y), color(found.z));
-        let rgb = own + mean * weight;
-        let code = faded(hits, at, found.w, 1.0 - weight);
+        let rgb = kept3(own + mean * weight);
+        let code = faded(tables, frame, hits, at, found.w, 1.0 - weight);
         UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), code)
     } else {
         found
@@ -136,10 +142,19 @@ pub fn words<T: Tables + ?Sized, H: Hits + Colors + ?Sized>(
 }
 
 /// Returns the class word `code` of pixel (`x`, `y`), in which the shares of neighbours are scaled by
-/// `scale`, where they hit the same pattern on a part of the mesh that faces alike.
+/// `scale`, where they hit the same pattern on a part of the mesh that goes on alike.
 #[inline]
-fn faded<H: Hits + ?Sized>(hits: &H, (x, y): (u32, u32), code: u32, scale: Real) -> u32 {
-    let (finish, mesh) = (hits.sample(x, y).finish, hits.mesh(x, y));
+fn faded<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    hits: &H,
+    (x, y): (u32, u32),
+    code: u32,
+    scale: Real,
+) -> u32 {
+    let (own, mesh) = (hits.sample(x, y), hits.mesh(x, y));
+    let place = pixel_ray(frame, x, y) * own.t;
+    let depth = tables.finish(finish_of(&own)).depth * own.unit;
     let (class, shares) = from_code(code);
     let share = |share: Real, is_after: bool| {
         if share > 0.0 {
@@ -152,7 +167,12 @@ fn faded<H: Hits + ?Sized>(hits: &H, (x, y): (u32, u32), code: u32, scale: Real)
             };
             let other = hits.sample(x, y);
             let cosine = kept(mesh.normal.dot(hits.mesh(x, y).normal));
-            let is_alike = other.class != CLASS_MISS && other.finish == finish && cosine > ALIKE;
+            // Not so where it hides itself, or a copy.
+            let way = kept3(pixel_ray(frame, x, y) * other.t - place);
+            let above = abs(kept(mesh.normal.dot(way)));
+            let goes_on = above < depth + ALIKE_SLOPE * sqrt(way.dot(way));
+            let is_hit = other.class != CLASS_MISS && other.finish == own.finish;
+            let is_alike = is_hit && cosine > ALIKE && goes_on;
             share * if is_alike { scale } else { 1.0 }
         } else {
             0.0
@@ -249,7 +269,9 @@ fn density<T: Tables + ?Sized>(tables: &T, finish: &Finish, hit: &Sample) -> Vec
 /// eye as the pixels beside do, 0 where it turns away within a pixel.
 #[inline]
 fn evenness<H: Hits + ?Sized>(frame: &Frame, hits: &H, (x, y): (u32, u32)) -> Real {
-    let facing = |x: u32, y: u32| -kept(hits.mesh(x, y).normal.dot(pixel_ray(frame, x, y)));
+    // All for the same ray: then a plane is even in perspective, too.
+    let ray = pixel_ray(frame, x, y);
+    let facing = |x: u32, y: u32| -kept(hits.mesh(x, y).normal.dot(ray));
     let (finish, own) = (hits.sample(x, y).finish, facing(x, y));
     let mut most = max(own, 1e-6);
     let mut side = 0;
@@ -300,11 +322,8 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
     let mut weight = 0.0;
     let mut cap_share = 1.0;
     let mut which = 0;
-    let mut end = if pixel * MOST_UNEVEN < view.gap(finish) {
-        0
-    } else {
-        1
-    };
+    let gap = view.gap(finish);
+    let mut end = if pixel * MOST_UNEVEN < gap { 0 } else { 1 };
     while which < end {
         // Sides and floor are seen on the way down. The cap is that of the pixel.
         let is_cap = which == 1;
@@ -322,10 +341,11 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
             // The cap is known to the pixel; what lies in the grooves is not.
             let width = pattern.width.x;
             let of = |pixel: Real| clamp(div(pixel, width) - 1.0, 0.0, 1.0);
-            weight = of(pixel);
+            let begins = clamp(div(pixel * MOST_UNEVEN, max(gap, 1e-12)) - 1.0, 0.0, 1.0);
+            weight = of(pixel) * begins;
             if weight > 0.0 {
                 let even = evenness(frame, hits, at_pixel);
-                weight = max(of(footprint.narrowest()), weight * even);
+                weight = max(of(footprint.narrowest()) * begins, weight * even);
                 end = 2;
             }
         }
@@ -430,6 +450,12 @@ impl Grooves {
         Vec2::new(across(along.x), across(along.y))
     }
 
+    /// Returns down to which part of the depth sides reach: they meet there if they lean enough.
+    #[inline]
+    fn deepest(&self) -> Real {
+        min(div(self.gap, max(2.0 * self.growth, 1e-12)), 1.0)
+    }
+
     /// Returns how wide both sides of a groove of each family are, as seen along `direction`.
     #[inline]
     fn sides(&self, direction: Vec3) -> Vec2 {
@@ -484,7 +510,8 @@ impl Grooves {
         let lean = div(self.growth, max(depth, 1e-12));
         let normal = normalize_or(upright + self.normal * lean, upright);
         let is_along_v = abs(upright.dot(mesh.along_u)) > abs(upright.dot(mesh.along_v()));
-        let sky = 0.5 - 0.5 * div(sqrt(gap * gap + depth * depth) - gap, max(depth, 1e-12));
+        let deep = depth * self.deepest();
+        let sky = 0.5 - 0.5 * div(deep, sqrt(gap * gap + deep * deep) + gap);
         let side = Sample {
             class,
             normal,
@@ -502,7 +529,7 @@ impl Grooves {
     #[inline]
     fn floor_openness(&self) -> Real {
         let depth = self.depth;
-        let open = |width: Real| div(sqrt(width * width + depth * depth) - depth, width);
+        let open = |width: Real| div(width, sqrt(width * width + depth * depth) + depth);
         open(self.width.x) * open(self.width.y)
     }
 
@@ -544,7 +571,9 @@ impl Grooves {
             let gap = max(self.gap - lift, 0.0);
             let (seen, lit) = (of_family(seen, is_second), of_family(lit, is_second));
             // Down to which part of the depth, in straight grooves and in round ones.
-            let deep = |gap: Real, shift: Real| min(div(gap, max(shift, 1e-12)), 1.0);
+            let deepest = self.deepest();
+            let deep =
+                |gap: Real, shift: Real| min(div(gap, max(shift + self.growth, 1e-12)), deepest);
             let straight = min(div(deep(gap, lit), deep(self.gap, seen)), 1.0);
             let round = div(2.0 * self.gap + seen, 2.0 * self.gap + seen + lit);
             round + (straight - round) * self.order
@@ -614,7 +643,7 @@ fn part<T: Tables + ?Sized>(
         ..
     } = *view;
     let (is_cap, is_floor) = (step == CAP, step == FLOOR);
-    let (is_second, is_away) = (step > 3, step & 1 != 0);
+    let (is_second, is_away) = (step > SIDES + 1, (step - CAP) & 1 == 0);
     let share = if is_cap {
         seen.cap
     } else if is_floor {
@@ -632,7 +661,7 @@ fn part<T: Tables + ?Sized>(
     } else if is_floor {
         1.0
     } else {
-        0.5
+        0.5 * grooves.deepest()
     };
     let hit = view.at_depth(tables, down);
     let hit = if is_cap {

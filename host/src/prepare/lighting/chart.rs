@@ -5,39 +5,78 @@ use crate::shape_map::ShapeMap;
 use glam::Vec2;
 use image::{Rgba, Rgba32FImage};
 use rayon::prelude::*;
-use relievo_shared::shading::mean::MOST;
+use relievo_shared::shading::image::halved;
+use relievo_shared::shading::mean::{MOST, MOST_UNEVEN};
+
+/// Returns the size of the chart of `map` whose gaps have the mean width `gap`, texels: no pixel that
+/// looks into the chart is narrower than its texels, unless it is slanted.
+pub(super) fn size(map: &ShapeMap, gap: f32) -> [u32; 2] {
+    let (mut size, mut gap) = ([map.width(), map.height()], gap);
+    while gap >= 2.0 * MOST_UNEVEN && size[0].min(size[1]) > 1 {
+        (size, gap) = (size.map(halved), 0.5 * gap);
+    }
+    size
+}
 
 /// Returns the first level of the chart of `map`, whose pattern reaches to the distance `radius`,
-/// texels. The outline between the centres of four texels belongs to the first of them.
-pub(super) fn chart(map: &ShapeMap, radius: f32) -> Rgba32FImage {
-    let (width, height) = (map.width(), map.height());
-    let gap = |x: u32, y: u32| map.decode(x % width, y % height) - radius;
-    let texels: Vec<[f32; 4]> = (0..width * height)
+/// texels. The outline between the centres of four texels of the map belongs to the first of them.
+pub(super) fn chart(map: &ShapeMap, radius: f32, size: [u32; 2]) -> Rgba32FImage {
+    let map_size = [map.width(), map.height()];
+    let gap = |x: u32, y: u32| map.decode(x % map_size[0], y % map_size[1]) - radius;
+    // Texels of the map that a texel of the chart takes the place of.
+    let covered = |index: u32, axis: usize| {
+        let edge =
+            |index: u32| u64::from(index) * u64::from(map_size[axis]) / u64::from(size[axis]);
+        edge(index) as u32..edge(index + 1) as u32
+    };
+    let scale = [0, 1].map(|axis| map_size[axis] as f32 / size[axis] as f32);
+    let numbers = [
+        1.0,
+        scale[0] / MOST,
+        scale[1] / MOST,
+        (scale[0] * scale[1]).sqrt() / MOST,
+    ];
+    let texels: Vec<[f32; 4]> = (0..size[0] * size[1])
         .into_par_iter()
         .map(|index| {
-            let (x, y) = (index % width, index / width);
-            let corners = [gap(x, y), gap(x + 1, y), gap(x + 1, y + 1), gap(x, y + 1)];
-            let [xx, yy, xy] = outline(corners);
-            let cap = (0.5 - corners[0]).clamp(0.0, 1.0);
-            [cap, xx / MOST, yy / MOST, 0.5 + xy / MOST]
+            let (mut sums, mut count) = ([0.0; 4], 0.0);
+            for y in covered(index / size[0], 1) {
+                for x in covered(index % size[0], 0) {
+                    let corners = [gap(x, y), gap(x + 1, y), gap(x + 1, y + 1), gap(x, y + 1)];
+                    let [xx, yy, xy] = outline(corners);
+                    let cap = (0.5 - corners[0]).clamp(0.0, 1.0);
+                    for (sum, part) in sums.iter_mut().zip([cap, xx, yy, xy]) {
+                        *sum += part;
+                    }
+                    count += 1.0;
+                }
+            }
+            let [cap, xx, yy, xy] = [0, 1, 2, 3].map(|i| numbers[i] * sums[i] / count);
+            [cap, xx, yy, 0.5 + xy]
         })
         .collect();
-    Rgba32FImage::from_fn(width, height, |x, y| Rgba(texels[(y * width + x) as usize]))
+    Rgba32FImage::from_fn(size[0], size[1], |x, y| {
+        Rgba(texels[(y * size[0] + x) as usize])
+    })
 }
 
 /// Returns the mean width of the gaps of the pattern of `map`, which reaches to the distance `radius`,
 /// texels: four times the mean distance from their sides, as between straight ones.
 pub(super) fn gap(map: &ShapeMap, radius: f32) -> f32 {
-    let (mut sum, mut count) = (0.0, 0u64);
-    for y in 0..map.height() {
-        for x in 0..map.width() {
-            let distance = f64::from(map.decode(x, y) - radius);
-            if distance > 0.0 {
-                sum += distance;
-                count += 1;
-            }
-        }
-    }
+    let rows: Vec<(f64, u64)> = (0..map.height())
+        .into_par_iter()
+        .map(|y| {
+            let distances = (0..map.width()).map(|x| f64::from(map.decode(x, y) - radius));
+            distances
+                .filter(|distance| *distance > 0.0)
+                .fold((0.0, 0), |(sum, count), distance| {
+                    (sum + distance, count + 1)
+                })
+        })
+        .collect();
+    let (sum, count) = rows
+        .into_iter()
+        .fold((0.0, 0), |(sum, count), row| (sum + row.0, count + row.1));
     (4.0 * sum / count.max(1) as f64) as f32
 }
 
@@ -77,7 +116,8 @@ mod tests {
         let centre = |i: u32| f64::from(i) + 0.5;
         let solid = (0..size * size).map(|i| is_solid(centre(i % size), centre(i / size)));
         let pattern = Pattern::from_pixels(size, size, solid.collect::<Vec<_>>()).unwrap();
-        let chart = chart(&bake(&pattern, Storage::R32F, &|_| ()), 0.0);
+        let map = bake(&pattern, Storage::R32F, &|_| ());
+        let chart = chart(&map, 0.0, [size; 2]);
         let sums = chart.pixels().fold([0.0; 4], |sums, pixel| {
             [0, 1, 2, 3].map(|i| sums[i] + f64::from(pixel.0[i]))
         });
@@ -104,6 +144,23 @@ mod tests {
         assert!((found - 40.0).abs() < 0.1, "{found}");
         let full = Pattern::from_pixels(2, 2, [true; 4]).unwrap();
         assert_eq!(gap(&bake(&full, Storage::R32F, &|_| ()), 0.0), 0.0);
+    }
+
+    #[test]
+    fn a_chart_is_as_fine_as_gaps_ask_for() {
+        let solid = (0..64 * 64).map(|i| i % 64 < 24).collect::<Vec<_>>();
+        let pattern = Pattern::from_pixels(64, 64, solid).unwrap();
+        let map = bake(&pattern, Storage::R32F, &|_| ());
+        // 40 of 64 texels become 5 of 8.
+        let size = size(&map, gap(&map, 0.0));
+        assert_eq!(size, [8, 8]);
+        let chart = chart(&map, 0.0, size);
+        let sums = chart.pixels().fold([0.0; 2], |[cap, xx], pixel| {
+            [cap + pixel.0[0], xx + pixel.0[1]]
+        });
+        // Two edges in 8 texels.
+        let [cap, xx] = sums.map(|sum| sum / 64.0);
+        assert!((cap - 0.375).abs() < 1e-6 && (xx * MOST - 0.25).abs() < 1e-6);
     }
 
     #[test]

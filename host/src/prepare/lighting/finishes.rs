@@ -3,7 +3,7 @@
 use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
 use super::cells::cells;
-use super::chart::{chart, gap};
+use super::chart;
 use super::of_meshes::OfMeshes;
 use super::pictures::{Encoding, Pictures, TEXEL, append};
 use crate::Error;
@@ -174,8 +174,8 @@ fn cells_of(
     Ok((image, area.sqrt() as f32))
 }
 
-/// Returns the chart of an object's pattern, if smooth edges are asked for, and the width of its
-/// gaps, texels.
+/// Returns the chart of an object's pattern, if smooth edges are asked for, and the mean width of its
+/// gaps, texels of the chart.
 fn chart_of(
     scene: &Scene,
     object: &SceneObject,
@@ -194,10 +194,14 @@ fn chart_of(
         return Ok((Image::default(), 0.0));
     }
     let map = &prepared.map;
-    let texels = u64::from(map.width()) * u64::from(map.height());
-    account.take(&object.shape, texels, TEXEL)?;
     let radius = Profile::new(&prepared.parameters).radius(0.0);
-    Ok((append(words, chart(map, radius)), gap(map, radius)))
+    let gap = chart::gap(map, radius);
+    let size = chart::size(map, gap);
+    let texels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
+    account.take(&object.shape, texels(size), TEXEL)?;
+    let smaller = texels(size) as f64 / texels([map.width(), map.height()]) as f64;
+    let gap = gap * smaller.sqrt() as f32;
+    Ok((append(words, chart::chart(map, radius, size)), gap))
 }
 
 /// Returns how the pattern lies on a triangle with the materials of `slot`.

@@ -5,7 +5,7 @@ use crate::prepare::{PreparedScene, prepare};
 use crate::render::{CpuRenderer, Hits, Renderer};
 use crate::scene::{
     Camera, Color, Environment, Finish, LightKind, LightSource, PhysicalMaterial, Scene,
-    SceneObject, Shape, Tier,
+    SceneObject, Shape, Technique, Tier,
 };
 use crate::shape_map::Pattern;
 use crate::{Files, Limits};
@@ -460,9 +460,10 @@ fn objects_that_differ_by_their_place_share_their_materials() {
 }
 
 /// Returns the mean linear RGB of a plate with `pattern`, 64 times along each side, whose grooves are
-/// half as deep as the pattern is wide, seen from `elevation` degrees above it: from one sample
+/// half as deep as the pattern is wide and grow by `bevel` of its width, seen from `elevation` degrees
+/// above it: from one sample
 /// with smooth edges in each of 8 × 8 pixels, and from 64 times as many along each side.
-fn far_plate(pattern: &Pattern, elevation: f64, light: &LightSource) -> [[f64; 3]; 2] {
+fn far_plate(pattern: &Pattern, bevel: f64, elevation: f64, light: &LightSource) -> [[f64; 3]; 2] {
     let (sine, cosine) = elevation.to_radians().sin_cos();
     // Not along the pattern's axes.
     let eye = DVec3::new(0.6 * cosine, sine, 0.8 * cosine) * 20.0;
@@ -475,9 +476,14 @@ fn far_plate(pattern: &Pattern, elevation: f64, light: &LightSource) -> [[f64; 3
         .material(crate::scene::Material {
             cap: plain([1.0, 0.0, 0.0]),
             wall: plain([0.0, 1.0, 0.0]),
+            bevel: plain([0.0, 1.0, 0.0]),
             floor: plain([0.0, 0.0, 1.0]),
             ..crate::scene::Material::default()
         });
+    let object = match bevel > 0.0 {
+        true => object.with_technique(Technique::Beveled).bevel(bevel),
+        false => object,
+    };
     let scene = |side: u32, is_smooth: bool| {
         let camera = Camera::new(eye.to_array(), [0.0; 3]);
         let mut scene = Scene::default()
@@ -534,7 +540,7 @@ fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
     };
     for (index, pattern) in small_patterns().iter().enumerate() {
         for elevation in [80.0, 50.0, 25.0] {
-            let [found, expected] = far_plate(pattern, elevation, &dark);
+            let [found, expected] = far_plate(pattern, 0.0, elevation, &dark);
             let whole: f64 = expected.iter().sum();
             println!("{index} {elevation}: {found:.3?} {expected:.3?}");
             for (found, expected) in found.into_iter().zip(expected) {
@@ -554,12 +560,40 @@ fn the_mean_of_a_small_pattern_is_lit_as_its_surfaces_are() {
                 direction,
                 ..LightSource::default()
             };
-            let [found, expected] = far_plate(pattern, 50.0, &light);
+            let [found, expected] = far_plate(pattern, 0.0, 50.0, &light);
             let whole: f64 = expected.iter().sum();
             println!("{index} {direction:?}: {found:.3?} {expected:.3?}");
             for (found, expected) in found.into_iter().zip(expected) {
                 let error = (found - expected) / whole;
                 assert!(error.abs() < 0.06, "{index} {direction:?}: {error}");
+            }
+        }
+    }
+}
+
+/// Sides that lean, and sides that lean so much that they meet.
+#[test]
+fn the_mean_of_a_small_pattern_is_lit_on_sides_that_lean() {
+    let patterns = small_patterns();
+    // The feet of the discs nearly touch, so that their grooves are no grooves of one width.
+    for (index, bevel, most) in [
+        (0, 0.1, 0.06),
+        (0, 0.3, 0.06),
+        (2, 0.1, 0.14),
+        (3, 0.1, 0.06),
+        (3, 0.35, 0.06),
+    ] {
+        for direction in [[0.3, 1.0, 0.2], [1.0, 0.8, -0.4], [-0.7, 0.6, -0.9]] {
+            let light = LightSource {
+                direction,
+                ..LightSource::default()
+            };
+            let [found, expected] = far_plate(&patterns[index], bevel, 50.0, &light);
+            let whole: f64 = expected.iter().sum();
+            println!("{index} {bevel} {direction:?}: {found:.3?} {expected:.3?}");
+            for (found, expected) in found.into_iter().zip(expected) {
+                let error = (found - expected) / whole;
+                assert!(error.abs() < most, "{index} {bevel} {direction:?}: {error}");
             }
         }
     }
