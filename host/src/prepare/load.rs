@@ -322,7 +322,8 @@ fn take_picture(scene: &Scene, account: &mut Account<'_>) -> Result<(), Error> {
     let [width, height] = scene.size.map(u64::from);
     let samples = u64::from(scene.supersampling).pow(2);
     let what = format!("the picture of {width} × {height} pixels, {samples} sample(s) each,");
-    // A scene that is lit physically is drawn to a G-buffer first; means are seen instead of colours.
+    // A scene that is lit physically is drawn to a G-buffer first. With smooth edges the means of small
+    // patterns are a picture of their own.
     let words = match (scene.is_physical(), scene.smooth_edges) {
         (true, true) => 64,
         (true, false) => 48,

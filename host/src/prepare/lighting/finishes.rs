@@ -195,12 +195,8 @@ fn chart_of(
     }
     let map = &prepared.map;
     let radius = Profile::new(&prepared.parameters).radius(0.0);
-    let gap = chart::gap(map, radius);
-    let size = chart::size(map, gap);
-    let texels = |[width, height]: [u32; 2]| u64::from(width) * u64::from(height);
-    account.take(&object.shape, texels(size), TEXEL)?;
-    let smaller = texels(size) as f64 / texels([map.width(), map.height()]) as f64;
-    let gap = gap * smaller.sqrt() as f32;
+    let (size, gap) = chart::size(map, chart::gap(map, radius));
+    account.take(&object.shape, chart::area(size), TEXEL)?;
     Ok((append(words, chart::chart(map, radius, size)), gap))
 }
 

@@ -1,6 +1,5 @@
 //! Contents and formats of pictures on a GPU.
 
-use super::shaders::{MEAN, SHADE, SHADE_EDGES};
 use crate::prepare::PreparedLighting;
 use crate::shaders::EntryPoints;
 use std::ops::Range;
@@ -99,9 +98,9 @@ impl Pass {
     /// Returns the fragment shader.
     pub(crate) fn fragment(self) -> &'static str {
         match self {
-            Pass::Shade => SHADE,
-            Pass::ShadeEdges => SHADE_EDGES,
-            Pass::Mean => MEAN,
+            Pass::Shade => "shade",
+            Pass::ShadeEdges => "shade_edges",
+            Pass::Mean => "mean",
         }
     }
 

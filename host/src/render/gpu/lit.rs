@@ -1,5 +1,5 @@
-//! Shading on a GPU: the buffers of materials and lights, the shadow maps, and the pass over
-//! the G-buffer.
+//! Shading on a GPU: the buffers of materials and lights, the shadow maps, and the passes
+//! over the G-buffer.
 
 use super::content::Pass;
 use super::pipelines::Pipelines;

@@ -207,13 +207,6 @@ pub(super) const EXITS: [&str; 2] = ["exits", "outlines_exits"];
 /// The vertex shader that covers the picture.
 pub(super) const SCREEN: &str = "screen";
 
-/// The fragment shaders of passes over the G-buffer.
-pub(super) const SHADE: &str = "shade";
-/// See [`SHADE`].
-pub(super) const MEAN: &str = "mean";
-/// See [`SHADE`].
-pub(super) const SHADE_EDGES: &str = "shade_edges";
-
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -461,8 +461,8 @@ fn objects_that_differ_by_their_place_share_their_materials() {
 
 /// Returns the mean linear RGB of a plate with `pattern`, 64 times along each side, whose grooves are
 /// half as deep as the pattern is wide and grow by `bevel` of its width, seen from `elevation` degrees
-/// above it: from one sample
-/// with smooth edges in each of 8 × 8 pixels, and from 64 times as many along each side.
+/// above it: from one sample with smooth edges in each of 8 × 8 pixels, and from 64 times as many
+/// along each side.
 fn far_plate(pattern: &Pattern, bevel: f64, elevation: f64, light: &LightSource) -> [[f64; 3]; 2] {
     let (sine, cosine) = elevation.to_radians().sin_cos();
     // Not along the pattern's axes.
@@ -531,6 +531,28 @@ fn small_patterns() -> [Pattern; 4] {
     ]
 }
 
+/// Asserts that the two colours of [`far_plate`] differ by less than `most` of the light of the second.
+fn assert_alike([found, expected]: [[f64; 3]; 2], most: f64, what: &str) {
+    println!("{what}: {found:.3?} {expected:.3?}");
+    let whole: f64 = expected.iter().sum();
+    for (found, expected) in found.into_iter().zip(expected) {
+        let error = (found - expected) / whole;
+        assert!(error.abs() < most, "{what}: {error}");
+    }
+}
+
+/// Asserts it for a plate in the light of a sun from three directions.
+fn assert_lit_alike(pattern: &Pattern, bevel: f64, most: f64, what: &str) {
+    for direction in [[0.3, 1.0, 0.2], [1.0, 0.8, -0.4], [-0.7, 0.6, -0.9]] {
+        let light = LightSource {
+            direction,
+            ..LightSource::default()
+        };
+        let colors = far_plate(pattern, bevel, 50.0, &light);
+        assert_alike(colors, most, &format!("{what} {direction:?}"));
+    }
+}
+
 /// What a pixel sees of cap, sides and floor of a pattern that is smaller, against what many samples see.
 #[test]
 fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
@@ -540,13 +562,8 @@ fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
     };
     for (index, pattern) in small_patterns().iter().enumerate() {
         for elevation in [80.0, 50.0, 25.0] {
-            let [found, expected] = far_plate(pattern, 0.0, elevation, &dark);
-            let whole: f64 = expected.iter().sum();
-            println!("{index} {elevation}: {found:.3?} {expected:.3?}");
-            for (found, expected) in found.into_iter().zip(expected) {
-                let error = (found - expected) / whole;
-                assert!(error.abs() < 0.035, "{index} {elevation}: {error}");
-            }
+            let colors = far_plate(pattern, 0.0, elevation, &dark);
+            assert_alike(colors, 0.035, &format!("{index} {elevation}"));
         }
     }
 }
@@ -555,19 +572,7 @@ fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
 #[test]
 fn the_mean_of_a_small_pattern_is_lit_as_its_surfaces_are() {
     for (index, pattern) in small_patterns().iter().enumerate() {
-        for direction in [[0.3, 1.0, 0.2], [1.0, 0.8, -0.4], [-0.7, 0.6, -0.9]] {
-            let light = LightSource {
-                direction,
-                ..LightSource::default()
-            };
-            let [found, expected] = far_plate(pattern, 0.0, 50.0, &light);
-            let whole: f64 = expected.iter().sum();
-            println!("{index} {direction:?}: {found:.3?} {expected:.3?}");
-            for (found, expected) in found.into_iter().zip(expected) {
-                let error = (found - expected) / whole;
-                assert!(error.abs() < 0.06, "{index} {direction:?}: {error}");
-            }
-        }
+        assert_lit_alike(pattern, 0.0, 0.06, &format!("{index}"));
     }
 }
 
@@ -575,7 +580,7 @@ fn the_mean_of_a_small_pattern_is_lit_as_its_surfaces_are() {
 #[test]
 fn the_mean_of_a_small_pattern_is_lit_on_sides_that_lean() {
     let patterns = small_patterns();
-    // The feet of the discs nearly touch, so that their grooves are no grooves of one width.
+    // The feet of the discs nearly touch, so that their grooves have no one width.
     for (index, bevel, most) in [
         (0, 0.1, 0.06),
         (0, 0.3, 0.06),
@@ -583,18 +588,6 @@ fn the_mean_of_a_small_pattern_is_lit_on_sides_that_lean() {
         (3, 0.1, 0.06),
         (3, 0.35, 0.06),
     ] {
-        for direction in [[0.3, 1.0, 0.2], [1.0, 0.8, -0.4], [-0.7, 0.6, -0.9]] {
-            let light = LightSource {
-                direction,
-                ..LightSource::default()
-            };
-            let [found, expected] = far_plate(&patterns[index], bevel, 50.0, &light);
-            let whole: f64 = expected.iter().sum();
-            println!("{index} {bevel} {direction:?}: {found:.3?} {expected:.3?}");
-            for (found, expected) in found.into_iter().zip(expected) {
-                let error = (found - expected) / whole;
-                assert!(error.abs() < most, "{index} {bevel} {direction:?}: {error}");
-            }
-        }
+        assert_lit_alike(&patterns[index], bevel, most, &format!("{index} {bevel}"));
     }
 }
