@@ -189,7 +189,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .required(),
     key!(SceneObject, "parts", parts: Vec<String>, "Names of the materials of the mesh file (`usemtl` of OBJ, materials of glTF) whose triangles are drawn, so that each part of a mesh may have its own pattern ([parts](#parts)).")
         .default("all"),
-    key!(SceneObject, "shape", shape: Shape, "PNG, JPEG, WebP, TIFF or other image, an SVG, a map made by `relievo bake`, or the table of a text (below). Dark pixels are extruded.")
+    key!(SceneObject, "shape", shape: Shape, "PNG, JPEG, WebP, TIFF or other image, an SVG, a map made by `relievo bake`, or the table of a text or of a drawing (below). Dark pixels are extruded.")
         .required(),
     key!(SceneObject, "raster", raster: Option<u32>, "Pixels of the longer side of a pattern that is an SVG or a text.")
         .range(SMALLEST_RASTER as f64, LARGEST_RASTER as f64)
@@ -429,6 +429,25 @@ pub static TEXT: &[Key<Lettering>] = &[
         .range(0.0, 10.0)
         .unit("line heights"),
 ];
+
+/// Keys of the table `shape` of an object whose pattern is a drawing in the scene file itself.
+pub static DRAWING: &[Key<Shape>] = &[Key::new(
+    "svg",
+    "The text of an SVG document.",
+    String::kind,
+    |shape: &Shape| match shape {
+        Shape::Drawing(document) => document.to_string().to_toml(),
+        _ => None,
+    },
+    |shape, value| match String::from_toml(value) {
+        Some(document) => {
+            *shape = Shape::svg(&document);
+            true
+        }
+        None => false,
+    },
+)
+.required()];
 
 /// Keys of a table `[[animate]]`.
 pub static TRACK: &[Key<Track>] = &[

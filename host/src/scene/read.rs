@@ -1,7 +1,8 @@
 //! Reading of scene files.
 
 use super::keys::{
-    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT, TRACK,
+    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
+    TRACK,
 };
 use super::value::one_of;
 use super::{Environment, Scene, SceneError, SceneObject, Shape, Technique};
@@ -297,13 +298,7 @@ impl Reader<'_> {
         self.keys(table, &prefix, OBJECT, nested, &mut object)?;
         if let Some((span, table)) = shape {
             self.places.push((format!("{prefix}shape"), span));
-            let mut lettering = Lettering::new("");
-            if table.get("text").is_none() {
-                let problem = "is missing; add text = \"…\"".to_string();
-                return Err(self.wrong(&format!("{prefix}shape.text"), problem));
-            }
-            self.keys(table, &format!("{prefix}shape."), TEXT, &[], &mut lettering)?;
-            object.shape = Shape::Text(lettering);
+            object.shape = self.shape(table, &format!("{prefix}shape."))?;
         }
         if let Some(value) = material {
             let table = self.table(&format!("{prefix}material"), value)?;
@@ -352,6 +347,22 @@ impl Reader<'_> {
             }
         }
         Ok(object)
+    }
+
+    /// Reads the table of a text or a drawing.
+    fn shape(&mut self, table: &DeTable<'_>, prefix: &str) -> Result<Shape, SceneError> {
+        if table.get("svg").is_some() {
+            let mut drawing = Shape::svg("");
+            self.keys(table, prefix, DRAWING, &[], &mut drawing)?;
+            return Ok(drawing);
+        }
+        if table.get("text").is_none() {
+            let problem = "is missing; add text = \"…\", or svg = \"…\"".to_string();
+            return Err(self.wrong(&format!("{prefix}text"), problem));
+        }
+        let mut lettering = Lettering::new("");
+        self.keys(table, prefix, TEXT, &[], &mut lettering)?;
+        Ok(Shape::Text(lettering))
     }
 
     /// Sets the fields of `owner` from `table`, in the order of `keys`; `nested`

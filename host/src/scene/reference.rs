@@ -1,9 +1,12 @@
 //! The reference page of scene files, docs/scene.md.
 
 use super::keys::{
-    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT, TRACK, bound,
+    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
+    TRACK, bound,
 };
-use super::{Environment, LightSource, PhysicalMaterial, Scene, SceneObject, Technique, Track};
+use super::{
+    Environment, LightSource, PhysicalMaterial, Scene, SceneObject, Shape, Technique, Track,
+};
 use crate::shape_map::Lettering;
 use std::fmt::Write;
 
@@ -85,6 +88,14 @@ pub fn page() -> String {
     );
     let text = "A text as pattern, such as `shape = { text = \"ABC\", margin = 0.1 }`.";
     table(&mut page, "shape", text, TEXT, &Lettering::new(""));
+    let drawing = "A drawing as pattern, in the scene file itself.";
+    table(
+        &mut page,
+        "shape = { svg }",
+        drawing,
+        DRAWING,
+        &Shape::svg(""),
+    );
     page.push_str(ANIMATION);
     let about = "A key that changes with time.";
     table(&mut page, "[[animate]]", about, TRACK, &Track::default());

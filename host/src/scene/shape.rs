@@ -14,7 +14,7 @@ pub enum Shape {
     Text(Lettering),
     /// Pixels. Not written to scene files.
     Pattern(Arc<Pattern>),
-    /// The text of an SVG document. Not written to scene files.
+    /// The text of an SVG document.
     Drawing(Arc<str>),
 }
 

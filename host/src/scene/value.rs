@@ -211,10 +211,10 @@ impl Field for MeshSource {
     }
 }
 
-/// A path. The table of a text is read and written by its own keys.
+/// A path. The tables of a text and of a drawing are read and written by their own keys.
 impl Field for Shape {
     fn kind() -> String {
-        "a pattern: the path of a file, or { text = \"…\" }".into()
+        "a pattern: the path of a file, { text = \"…\" } or { svg = \"…\" }".into()
     }
     fn to_toml(&self) -> Option<Value> {
         self.to_string().to_toml()

@@ -1,7 +1,8 @@
 //! Writing of scene files.
 
 use super::keys::{
-    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT, TRACK,
+    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
+    TRACK,
 };
 use super::{Scene, SceneObject, Shape, Technique};
 use crate::files::{normal, relative};
@@ -15,7 +16,7 @@ impl Scene {
     /// except for its path, its text and its limits. Paths are relative to
     /// `folder` where possible. Keys with default values are left out.
     ///
-    /// Meshes and patterns in memory are written by name only, and paths that
+    /// Meshes in memory and patterns of pixels are written by name only, and paths that
     /// are not Unicode are changed. The values that an error budget chooses are
     /// left out.
     ///
@@ -120,7 +121,12 @@ fn write_object(text: &mut String, object: &SceneObject) {
             _ if key.applies(object).is_err() || (key.is_planned && object.budget.is_some()) => {
                 None
             }
-            ("shape", Shape::Text(lettering)) => Some(Value::Table(lettering_table(lettering))),
+            ("shape", Shape::Text(lettering)) => {
+                Some(written(TEXT, lettering, &Lettering::new("")))
+            }
+            ("shape", drawing @ Shape::Drawing(_)) => {
+                Some(written(DRAWING, drawing, &Shape::svg("")))
+            }
             // Their defaults depend on the technique.
             (parameter, _) if Technique::is_parameter(parameter) => {
                 key.get(object).filter(|_| technique.has(parameter))
@@ -135,13 +141,12 @@ fn write_object(text: &mut String, object: &SceneObject) {
     table(text, "[object.material]", values);
 }
 
-fn lettering_table(lettering: &Lettering) -> Table {
-    let default = Lettering::new("");
-    let values = TEXT.iter();
-    let values = values.filter_map(|key| Some((key.name, changed(key, lettering, &default)?)));
-    values
-        .map(|(name, value)| (name.to_string(), value))
-        .collect()
+/// Returns the table of the values of `keys`.
+fn written<T>(keys: &'static [Key<T>], owner: &T, default: &T) -> Value {
+    let values = keys
+        .iter()
+        .filter_map(|key| Some((key.name.to_string(), changed(key, owner, default)?)));
+    Value::Table(values.collect::<Table>())
 }
 
 /// Returns the name of `path` in a scene file in `folder`, with `/` between folders.

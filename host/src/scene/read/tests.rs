@@ -72,6 +72,11 @@ fn text_is_a_pattern() {
         ("{ text = 'A', font = '' }", "shape.font is empty"),
         ("{ text = 'A', size = 3 }", "shape.size is not a key"),
         ("{ font = 'A' }", "shape.text is missing"),
+        ("{ svg = 7 }", "shape.svg is 7; expected a text"),
+        (
+            "{ svg = '<svg/>', margin = 1 }",
+            "shape.margin is not a key",
+        ),
         ("7", "a pattern: the path of a file"),
         ("''", "shape is empty"),
     ] {

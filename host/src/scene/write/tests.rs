@@ -70,6 +70,7 @@ fn shape() -> impl Strategy<Value = Shape> {
     });
     prop_oneof![
         path().prop_map(Shape::File),
+        any::<String>().prop_map(|document| Shape::svg(&document)),
         (text, prop::option::of(path()), number(0.0, 10.0))
             .prop_map(|(text, font, margin)| Shape::Text(Lettering { text, font, margin }))
     ]
