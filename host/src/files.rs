@@ -25,7 +25,7 @@ const SCENES: &str = "scenes";
 const LISTED: usize = 12;
 
 /// The files that may be read.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Files {
     /// Every file of the disk.
     #[default]

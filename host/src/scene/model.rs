@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 /// A scene. The ranges of the fields are those of the keys in [`super::keys`];
 /// [`Scene::check`] checks them.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// The file it was read from; for messages.
     pub path: PathBuf,

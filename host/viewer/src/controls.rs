@@ -4,7 +4,7 @@
 use super::probe::Collector;
 use eframe::egui::{self, Response, Ui};
 use relievo::mesh::Projection;
-use relievo::prepare::PreparedScene;
+use relievo::prepare::{PreparedObject, PreparedScene};
 use relievo::scene::keys::{self, Key, OBJECT};
 use relievo::scene::{Color, Lettering, Scene, SceneObject, Search, Shape, Technique, Tier, Tone};
 use relievo::shape_map::{DEFAULT_RASTER, Storage};
@@ -169,32 +169,47 @@ impl<'a> Controls<'a> {
 
     /// Shows a button; returns whether it was pressed.
     pub fn button(&mut self, label: &str) -> bool {
-        let response = self.ui.button(label);
-        self.collector.add(label, response.rect, "");
+        self.button_if(true, label)
+    }
+
+    /// Shows a button that can be pressed if `is_enabled`; returns whether it was.
+    pub fn button_if(&mut self, is_enabled: bool, label: &str) -> bool {
+        let response = self.ui.add_enabled(is_enabled, egui::Button::new(label));
+        let state = if is_enabled { "" } else { "disabled" };
+        self.collector.add(label, response.rect, state);
         response.clicked()
     }
 
     /// Shows controls under a heading that can be folded.
     fn group(&mut self, title: &str, open: bool, add: impl FnOnce(&mut Controls<'_>)) {
         let collector = self.collector;
+        let changed = self.folded(title, open, |ui| {
+            let mut controls = Controls::new(ui, collector);
+            add(&mut controls);
+            controls.changed
+        });
+        self.changed |= changed.unwrap_or(false);
+    }
+
+    /// Shows other contents under a heading that can be folded; returns their result
+    /// unless they are folded.
+    pub fn folded<R>(
+        &mut self,
+        title: &str,
+        open: bool,
+        add: impl FnOnce(&mut Ui) -> R,
+    ) -> Option<R> {
         let shown = egui::CollapsingHeader::new(title)
             .default_open(open)
-            .show(self.ui, |ui| {
-                let mut controls = Controls::new(ui, collector);
-                add(&mut controls);
-                controls.changed
-            });
+            .show(self.ui, add);
         self.collector.add(title, shown.header_response.rect, "");
-        self.changed |= shown.body_returned.unwrap_or(false);
+        shown.body_returned
     }
 
     /// Shows the parameters of one object. `prepared` gives the depth of an
     /// object that has none in the scene.
     pub fn object(&mut self, object: &mut SceneObject, prepared: Option<&PreparedScene>) {
-        let drawn = prepared.and_then(|scene| {
-            let mut objects = scene.objects.iter();
-            objects.find(|drawn| drawn.name == object.name)
-        });
+        let drawn = drawn(object, prepared);
         self.group("Extrusion", true, |controls| {
             let size = drawn.map_or(1.0, |drawn| drawn.mesh.bounds.diagonal());
             let current = drawn.map_or(0.04, |drawn| f64::from(drawn.parameters.depth));
@@ -412,6 +427,15 @@ impl<'a> Controls<'a> {
             );
         });
     }
+}
+
+/// Returns the prepared object of a scene's object.
+pub fn drawn<'a>(
+    object: &SceneObject,
+    prepared: Option<&'a PreparedScene>,
+) -> Option<&'a PreparedObject> {
+    let mut objects = prepared?.objects.iter();
+    objects.find(|drawn| drawn.name == object.name)
 }
 
 /// Returns whether a pattern has no pixels of its own.

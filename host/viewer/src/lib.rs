@@ -13,6 +13,7 @@
 //! display    words              → colours, also on the CPU
 //! analysis   prepared, camera   → errors against the oracle, local depth
 //! dropped    dropped files      → scene
+//! history    scenes             → undo and redo
 //! saving     scene, screen      → files
 //! platform   desktop or browser
 //! probe      state of the window as data
@@ -39,6 +40,7 @@ mod controls;
 pub mod display;
 pub mod dropped;
 mod governor;
+mod history;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod native;
 pub mod orbit;
@@ -62,6 +64,7 @@ use eframe::egui::{self, FontData, FontDefinitions, Ui};
 use eframe::egui_wgpu;
 use epaint_default_fonts::UBUNTU_LIGHT;
 use governor::Governor;
+use history::History;
 use platform::Platform;
 use present::Look;
 use probe::{Collector, Probe};
@@ -123,6 +126,7 @@ pub struct Viewer {
     /// Caption of a picture being rendered for a file.
     saving: Option<Caption>,
     shot: Shot,
+    history: History,
     dropped: Arrived,
     started: Instant,
     probe: Probe,
@@ -203,6 +207,7 @@ impl Viewer {
             is_wrong: false,
             saving: None,
             shot: Shot::default(),
+            history: History::default(),
             dropped: Arrived::default(),
             started,
             probe: Probe::default(),
@@ -361,11 +366,13 @@ impl eframe::App for Viewer {
     fn ui(&mut self, ui: &mut Ui, _frame: &mut eframe::Frame) {
         let context = ui.ctx().clone();
         let collector = Collector::default();
+        context.input(|input| self.history.record(&self.scene, input));
         self.read_dropped(&context);
         self.use_dropped();
         self.receive(&context);
         self.finish_picture();
         self.finish_shot(&context);
+        egui::Panel::top("tools").show(ui, |ui| self.tools(ui, &collector));
         egui::Panel::bottom("status").show(ui, |ui| self.status(ui, &collector));
         egui::Panel::right("controls")
             .default_size(340.0)

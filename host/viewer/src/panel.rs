@@ -1,4 +1,4 @@
-//! The panel of controls and the status line.
+//! The row of tools, the panel of controls and the status line.
 
 use super::Viewer;
 use super::analysis::Analysis;
@@ -10,6 +10,19 @@ use relievo::scene::Tier;
 use std::sync::Arc;
 
 impl Viewer {
+    /// Shows what changes the scene as a whole.
+    pub(super) fn tools(&mut self, ui: &mut Ui, collector: &Collector) {
+        ui.horizontal_wrapped(|ui| {
+            let mut controls = Controls::new(ui, collector);
+            if controls.button_if(self.can_undo(), "Undo (Ctrl Z)") {
+                self.undo();
+            }
+            if controls.button_if(self.can_redo(), "Redo (Ctrl Shift Z)") {
+                self.redo();
+            }
+        });
+    }
+
     pub(super) fn panel(&mut self, ui: &mut Ui, collector: &Collector) {
         let mut controls = Controls::new(ui, collector);
         let shows = Show::ALL.into_iter().map(|show| (show, show.name()));

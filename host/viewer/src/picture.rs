@@ -108,6 +108,17 @@ impl Viewer {
         if pressed(Modifiers::NONE, Key::F5) {
             self.order(true);
         }
+        // A text field has its own.
+        if !ui.ctx().text_edit_focused() {
+            if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z)
+                || pressed(Modifiers::COMMAND, Key::Y)
+            {
+                self.redo();
+            }
+            if pressed(Modifiers::COMMAND, Key::Z) {
+                self.undo();
+            }
+        }
         let Some(camera) = self.camera.filter(|_| on_picture) else {
             return;
         };
