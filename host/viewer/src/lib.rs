@@ -14,6 +14,8 @@
 //! analysis   prepared, camera   → errors against the oracle, local depth
 //! dropped    dropped files      → scene
 //! history    scenes             → undo and redo
+//! patterns   patterns to choose from
+//! thumbnails patterns           → small pictures
 //! saving     scene, screen      → files
 //! platform   desktop or browser
 //! probe      state of the window as data
@@ -45,12 +47,14 @@ mod history;
 pub mod native;
 pub mod orbit;
 mod panel;
+mod patterns;
 mod picture;
 pub mod platform;
 pub mod present;
 pub mod probe;
 mod saving;
 pub mod stage;
+mod thumbnails;
 pub mod watch;
 #[cfg(target_arch = "wasm32")]
 pub mod web;
@@ -77,6 +81,7 @@ use saving::{Caption, Shot};
 use stage::Stage;
 use std::sync::Arc;
 use std::time::Duration;
+use thumbnails::Thumbnails;
 use watch::Wake;
 use web_time::Instant;
 use wireframe::Wireframe;
@@ -127,6 +132,7 @@ pub struct Viewer {
     saving: Option<Caption>,
     shot: Shot,
     history: History,
+    thumbnails: Thumbnails,
     dropped: Arrived,
     started: Instant,
     probe: Probe,
@@ -189,6 +195,7 @@ impl Viewer {
             show: Show::Color,
             has_wireframe: false,
             analysis: None,
+            thumbnails: Thumbnails::new(wake.clone()),
             workshop: Workshop::new(wake),
             ordered: 0,
             shown: 0,

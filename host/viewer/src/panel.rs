@@ -49,7 +49,15 @@ impl Viewer {
                 });
         }
         let mut controls = Controls::new(ui, collector);
+        let (thumbnails, scene) = (&mut self.thumbnails, &self.scene);
+        let chosen = controls.folded("Patterns", false, |ui| {
+            thumbnails.show(ui, collector, scene, self.selected)
+        });
         if let Some(object) = self.scene.objects.get_mut(self.selected) {
+            if let Some(Some(shape)) = chosen {
+                (object.shape, object.raster) = (shape, None);
+                is_changed = true;
+            }
             controls.object(object, self.prepared.first().map(Arc::as_ref));
         }
         controls.scene(&mut self.scene);

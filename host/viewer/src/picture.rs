@@ -106,6 +106,7 @@ impl Viewer {
             self.save_picture();
         }
         if pressed(Modifiers::NONE, Key::F5) {
+            self.thumbnails.forget();
             self.order(true);
         }
         // A text field has its own.
