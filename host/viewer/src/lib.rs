@@ -16,6 +16,7 @@
 //! history    scenes             → undo and redo
 //! patterns   patterns to choose from
 //! thumbnails patterns           → small pictures
+//! presets    preset             → object
 //! saving     scene, screen      → files
 //! platform   desktop or browser
 //! probe      state of the window as data
@@ -51,6 +52,7 @@ mod patterns;
 mod picture;
 pub mod platform;
 pub mod present;
+mod presets;
 pub mod probe;
 mod saving;
 pub mod stage;

@@ -2,15 +2,16 @@
 
 use super::Viewer;
 use super::analysis::Analysis;
-use super::controls::Controls;
+use super::controls::{Controls, drawn};
 use super::display::Show;
+use super::presets::{apply, presets};
 use super::probe::Collector;
 use eframe::egui::{self, ThemePreference, Ui};
 use relievo::scene::Tier;
 use std::sync::Arc;
 
 impl Viewer {
-    /// Shows what changes the scene as a whole.
+    /// Shows what changes the scene as a whole, and presets.
     pub(super) fn tools(&mut self, ui: &mut Ui, collector: &Collector) {
         ui.horizontal_wrapped(|ui| {
             let mut controls = Controls::new(ui, collector);
@@ -19,6 +20,18 @@ impl Viewer {
             }
             if controls.button_if(self.can_redo(), "Redo (Ctrl Shift Z)") {
                 self.redo();
+            }
+            ui.separator();
+            ui.label("Preset");
+            let mut controls = Controls::new(ui, collector);
+            for preset in presets() {
+                if controls.button(&preset.name)
+                    && let Some(object) = self.scene.objects.get_mut(self.selected)
+                {
+                    let drawn = drawn(object, self.prepared.first().map(Arc::as_ref));
+                    apply(preset, object, drawn.map(|drawn| drawn.mesh.as_ref()));
+                    self.order(false);
+                }
             }
         });
     }
