@@ -78,6 +78,79 @@ fn gpu_a_slider_moves_and_the_saved_picture_is_what_render_makes_of_the_saved_sc
 }
 
 #[test]
+fn gpu_presets_patterns_and_files_are_steps_that_can_be_undone() {
+    let Some(display) = Display::open() else {
+        return;
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::open(&display, &asset("scenes/torus.toml"), folder.path());
+    let first = window.settle();
+    assert_eq!(first.value("Undo (Ctrl Z)"), "disabled");
+    let torus = window.look("Picture").pixels;
+    window.click("Bricks");
+    let bricks = window.settle().scene.clone();
+    assert!(bricks.contains("svg = "), "{bricks}");
+    window.until("bricks", |window| window.look("Picture").pixels != torus);
+    // A drag is one step.
+    window.drag("Depth", [30.0, 10.0], [60.0, 10.0]);
+    let deep = window.settle().scene.clone();
+    assert_ne!(deep, bricks);
+    window.key("Control+z");
+    window.expect(|probe| probe.scene == bricks);
+    window.click("Undo (Ctrl Z)");
+    let back = window.expect(|probe| probe.scene == first.scene);
+    assert_eq!(back.value("Undo (Ctrl Z)"), "disabled");
+    window.settle();
+    window.until("the torus", |window| window.look("Picture").pixels == torus);
+    window.key("Control+Shift+z");
+    window.expect(|probe| probe.scene == bricks);
+    window.click("Redo (Ctrl Shift Z)");
+    let again = window.expect(|probe| probe.scene == deep);
+    assert_eq!(again.value("Redo (Ctrl Shift Z)"), "disabled");
+
+    // Without a file of the pattern, a saved scene draws the same.
+    window.settle();
+    window.key("Control+s");
+    window.expect(|probe| probe.message.contains("torus-view.toml"));
+    window.key("Control+p");
+    window.expect(|probe| probe.message.contains("torus-view.png"));
+    let saved = image::open(folder.path().join("torus-view.png")).unwrap();
+    let again = rendered(&folder.path().join("torus-view.toml"));
+    assert!(saved.into_rgb8() == again, "render draws something else");
+
+    // A pattern beside the first one, by its picture.
+    window.click("Patterns");
+    let label = "Pattern: hexagons.png";
+    window.expect(|probe| {
+        let mut controls = probe.controls.iter();
+        controls.any(|control| control.label == label && control.value.is_empty())
+    });
+    window.click(label);
+    window.expect(|probe| probe.scene.contains("hexagons.png") && probe.value(label) == "chosen");
+    window.settle();
+    window.key("Control+z");
+    window.expect(|probe| probe.scene == deep);
+
+    // From the list of files: a pattern, and another scene.
+    window.key("Control+o");
+    for name in ["..", "patterns/", "panes.png"] {
+        let label = format!("Open: {name}");
+        window.expect(|probe| probe.controls.iter().any(|control| control.label == label));
+        window.click(&label);
+    }
+    window.expect(|probe| probe.scene.contains("panes.png"));
+    window.click("Open…");
+    let label = "Open: blob.toml";
+    window.expect(|probe| probe.controls.iter().any(|control| control.label == label));
+    window.click(label);
+    window.expect(|probe| probe.scene.contains("blob.obj"));
+    window.settle();
+    window.key("Control+z");
+    window.expect(|probe| probe.scene.contains("panes.png"));
+    window.passed();
+}
+
+#[test]
 fn gpu_ten_frames_a_second_while_it_moves() {
     let Some(display) = Display::open() else {
         return;

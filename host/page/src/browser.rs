@@ -3,13 +3,15 @@
 use crate::archive::pack;
 use js_sys::{Array, Uint8Array};
 use relievo::export::ExportedFile;
+use relievo_viewer::dropped::Arrived;
 use relievo_viewer::platform::Platform;
 use relievo_viewer::probe::Probe;
 use std::cell::RefCell;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::rc::Rc;
 use wasm_bindgen::closure::Closure;
 use wasm_bindgen::{JsCast, JsValue};
+use wasm_bindgen_futures::JsFuture;
 
 /// Saves files as downloads.
 pub struct Browser {
@@ -28,6 +30,17 @@ impl Platform for Browser {
         self.save_file(&format!("{name}.zip"), &pack(name, files)?)
     }
 
+    fn choose(&mut self, arrived: &Arrived) -> bool {
+        if let Err(error) = choose(arrived.clone()) {
+            let name = PathBuf::from("a file");
+            arrived.add(
+                name,
+                Err(format!("the browser cannot ask for it: {error:?}")),
+            );
+        }
+        true
+    }
+
     fn folder(&self) -> &Path {
         Path::new("")
     }
@@ -40,6 +53,30 @@ impl Platform for Browser {
         // Strings and numbers always serialize.
         *self.told.borrow_mut() = serde_json::to_string(probe).unwrap_or_default();
     }
+}
+
+/// Asks the user for a file.
+fn choose(arrived: Arrived) -> Result<(), JsValue> {
+    let window = web_sys::window().ok_or("there is no window")?;
+    let document = window.document().ok_or("there is no page")?;
+    let input: web_sys::HtmlInputElement = document.create_element("input")?.dyn_into()?;
+    input.set_type("file");
+    input.set_accept(".obj,.gltf,.glb,.toml,.svg,image/*");
+    let chosen = input.clone();
+    let read = Closure::once_into_js(move || {
+        let Some(file) = chosen.files().and_then(|files| files.get(0)) else {
+            return;
+        };
+        wasm_bindgen_futures::spawn_local(async move {
+            let bytes = JsFuture::from(file.array_buffer()).await;
+            let bytes = bytes.map(|buffer| Uint8Array::new(&buffer).to_vec());
+            let bytes = bytes.map_err(|error| format!("{error:?}"));
+            arrived.add(PathBuf::from(file.name()), bytes);
+        });
+    });
+    input.set_onchange(Some(read.unchecked_ref()));
+    input.click();
+    Ok(())
 }
 
 /// Starts the download of a file.

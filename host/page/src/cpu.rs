@@ -20,7 +20,6 @@ pub struct CpuPage {
     prepared: Option<PreparedScene>,
     camera: Option<Camera>,
     show: Show,
-    files: u64,
 }
 
 #[wasm_bindgen]
@@ -39,7 +38,6 @@ impl CpuPage {
             assets: Assets::default(),
             prepared: None,
             show: Show::default(),
-            files: 0,
         })
     }
 
@@ -104,8 +102,7 @@ impl CpuPage {
 
     /// Sets a file as the mesh or the pattern, by its ending.
     pub fn adopt(&mut self, name: &str, bytes: Vec<u8>) {
-        self.files += 1;
-        if adopt(&mut self.scene, 0, Path::new(name), bytes, self.files) {
+        if adopt(&mut self.scene, 0, Path::new(name), bytes) {
             self.camera = None;
         }
         self.prepared = None;

@@ -12,7 +12,8 @@
 //! present    words              → screen, on the GPU
 //! display    words              → colours, also on the CPU
 //! analysis   prepared, camera   → errors against the oracle, local depth
-//! dropped    dropped files      → scene
+//! dropped    files that arrive  → scene
+//! browse     files of the disk to open
 //! history    scenes             → undo and redo
 //! patterns   patterns to choose from
 //! thumbnails patterns           → small pictures
@@ -39,6 +40,8 @@
 //! ```
 
 mod analysis;
+#[cfg(not(target_arch = "wasm32"))]
+mod browse;
 mod controls;
 pub mod display;
 pub mod dropped;
@@ -136,6 +139,8 @@ pub struct Viewer {
     history: History,
     thumbnails: Thumbnails,
     dropped: Arrived,
+    #[cfg(not(target_arch = "wasm32"))]
+    browse: Option<browse::Browse>,
     started: Instant,
     probe: Probe,
     told: Probe,
@@ -185,9 +190,9 @@ impl Viewer {
         egui.set_fonts(fonts());
         let wake: Wake = Arc::new(move || egui.request_repaint());
         let stage = Stage::new(device, wake.clone())?;
-        let stem = scene.path.file_stem().unwrap_or_default().to_string_lossy();
+        let arrived = Arrived::new(wake.clone());
         let mut viewer = Viewer {
-            name: format!("{stem}-view"),
+            name: saving::name(&scene.path),
             camera: scene.own_camera(),
             platform,
             scene,
@@ -217,7 +222,9 @@ impl Viewer {
             saving: None,
             shot: Shot::default(),
             history: History::default(),
-            dropped: Arrived::default(),
+            dropped: arrived,
+            #[cfg(not(target_arch = "wasm32"))]
+            browse: None,
             started,
             probe: Probe::default(),
             told: Probe::default(),
@@ -389,6 +396,8 @@ impl eframe::App for Viewer {
                 egui::ScrollArea::vertical().show(ui, |ui| self.panel(ui, &collector));
             });
         egui::CentralPanel::default().show(ui, |ui| self.picture(ui, &collector));
+        #[cfg(not(target_arch = "wasm32"))]
+        self.list_files(&context, &collector);
         self.tell(&context, collector);
     }
 }

@@ -1,6 +1,7 @@
 //! The viewer in a desktop window.
 
 use super::Viewer;
+use super::dropped::Arrived;
 use super::platform::Platform;
 use super::probe::Probe;
 use eframe::egui::{self, vec2};
@@ -135,6 +136,10 @@ impl Platform for Desktop {
         let folder = self.folder.join(name);
         write_folder(&folder, contents(files)).map_err(|error| error.to_string())?;
         Ok(folder.display().to_string())
+    }
+
+    fn choose(&mut self, _arrived: &Arrived) -> bool {
+        false
     }
 
     fn folder(&self) -> &Path {

@@ -2,6 +2,8 @@
 
 use super::Viewer;
 use super::analysis::Analysis;
+#[cfg(not(target_arch = "wasm32"))]
+use super::browse::Browse;
 use super::controls::{Controls, drawn};
 use super::display::Show;
 use super::presets::{apply, presets};
@@ -21,6 +23,9 @@ impl Viewer {
             if controls.button_if(self.can_redo(), "Redo (Ctrl Shift Z)") {
                 self.redo();
             }
+            if controls.button("Open…") {
+                self.open();
+            }
             ui.separator();
             ui.label("Preset");
             let mut controls = Controls::new(ui, collector);
@@ -34,6 +39,27 @@ impl Viewer {
                 }
             }
         });
+    }
+
+    /// Lets the user open a file.
+    pub(super) fn open(&mut self) {
+        if !self.platform.choose(&self.dropped) {
+            #[cfg(not(target_arch = "wasm32"))]
+            {
+                let folder = self.scene.path.parent();
+                self.browse = folder.map(Browse::new);
+            }
+        }
+    }
+
+    /// Shows the list of files to open, if it is wanted.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(super) fn list_files(&mut self, context: &egui::Context, collector: &Collector) {
+        if let Some(browse) = &mut self.browse
+            && !browse.show(context, collector, &self.dropped)
+        {
+            self.browse = None;
+        }
     }
 
     pub(super) fn panel(&mut self, ui: &mut Ui, collector: &Collector) {

@@ -109,6 +109,9 @@ impl Viewer {
             self.thumbnails.forget();
             self.order(true);
         }
+        if pressed(Modifiers::COMMAND, Key::O) {
+            self.open();
+        }
         // A text field has its own.
         if !ui.ctx().text_edit_focused() {
             if pressed(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z)

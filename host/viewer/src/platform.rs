@@ -1,5 +1,6 @@
 //! Operations that differ between desktop and browser.
 
+use super::dropped::Arrived;
 use super::probe::Probe;
 use relievo::export::ExportedFile;
 use std::path::Path;
@@ -18,6 +19,10 @@ pub trait Platform {
     /// # Errors
     /// A message for the user.
     fn save_folder(&mut self, name: &str, files: &[ExportedFile]) -> Result<String, String>;
+
+    /// Lets the user choose a file, which `arrived` receives later. Returns `false` if
+    /// the viewer should list the files of the disk.
+    fn choose(&mut self, arrived: &Arrived) -> bool;
 
     /// Returns the folder of saved scenes; their paths are relative to it.
     fn folder(&self) -> &Path;

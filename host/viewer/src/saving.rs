@@ -7,6 +7,7 @@ use relievo::export::{ExportedFile, Options, export};
 use relievo::picture::Picture;
 use relievo::prepare::finer;
 use relievo::scene::Scene;
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 
 /// File name and contents of a picture.
@@ -221,6 +222,12 @@ impl Viewer {
             None => context.request_repaint_after(PATIENCE),
         }
     }
+}
+
+/// Returns the name of files saved of the scene in `path`, without an ending.
+pub(super) fn name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    format!("{}-view", stem.trim_end_matches("-view"))
 }
 
 /// Crops an image to left, top, width and height, clipped to its size.
