@@ -137,6 +137,48 @@ fn gpu_a_dropped_pattern_and_the_shaders_of_a_browser() {
 }
 
 #[test]
+fn gpu_a_link_shows_the_scene_again() {
+    let Some(folder) = built() else { return };
+    let page = Page::open(&folder, GPU);
+    let torus = page.settle()["scene"].clone();
+    page.click("Perforated metal");
+    page.drop_file("stripes.png", &stripes());
+    page.wait("the stripes", |told| {
+        told["scene"].as_str().unwrap().contains("stripes.png")
+    });
+    let scene = page.settle()["scene"].clone();
+    page.click("Copy link");
+    page.wait("a link", |told| {
+        told["message"].as_str().unwrap().contains("Copied a link")
+    });
+    let fragment = page.run("location.hash").as_str().unwrap().to_string();
+    println!("a link of {} characters", fragment.len());
+    page.passed();
+
+    let page = Page::open(&folder, &fragment);
+    assert_eq!(page.settle()["scene"], scene);
+    page.passed();
+
+    let page = Page::open(&folder, &fragment[..fragment.len() / 2]);
+    assert_eq!(page.settle()["scene"], torus);
+    let notice = page.text("notice");
+    assert!(notice.contains("copy the whole link again"), "{notice}");
+    page.passed();
+
+    let page = Page::open(&folder, &format!("{CPU}{fragment}"));
+    page.settle();
+    assert_eq!(
+        page.run("document.querySelector('[name=cut-out]').checked"),
+        true
+    );
+    page.run("history.replaceState(null, '', '#')");
+    page.run("document.getElementById('copy-link').click()");
+    page.wait_for("a link", "location.hash.length > 1");
+    assert_eq!(page.run("location.hash"), fragment);
+    page.passed();
+}
+
+#[test]
 fn without_webgpu_a_worker_draws() {
     let Some(folder) = built() else { return };
     let page = Page::open(&folder, CPU);

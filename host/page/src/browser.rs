@@ -1,9 +1,12 @@
 //! The browser as the viewer's platform.
 
 use crate::archive::pack;
+use crate::default;
 use js_sys::{Array, Uint8Array};
 use relievo::export::ExportedFile;
+use relievo::scene::Scene;
 use relievo_viewer::dropped::Arrived;
+use relievo_viewer::link::encode;
 use relievo_viewer::platform::Platform;
 use relievo_viewer::probe::Probe;
 use std::cell::RefCell;
@@ -41,6 +44,15 @@ impl Platform for Browser {
         true
     }
 
+    fn has_links(&self) -> bool {
+        true
+    }
+
+    fn link(&mut self, scene: &Scene) -> Result<String, String> {
+        let fragment = encode(scene, &default::files())?;
+        address(&fragment).map_err(|error| format!("the page has no address: {error:?}"))
+    }
+
     fn folder(&self) -> &Path {
         Path::new("")
     }
@@ -53,6 +65,17 @@ impl Platform for Browser {
         // Strings and numbers always serialize.
         *self.told.borrow_mut() = serde_json::to_string(probe).unwrap_or_default();
     }
+}
+
+/// Puts the fragment into the page's address, and returns the address.
+fn address(fragment: &str) -> Result<String, JsValue> {
+    let window = web_sys::window().ok_or("there is no window")?;
+    // Without a new entry in the history.
+    let fragment = format!("#{fragment}");
+    window
+        .history()?
+        .replace_state_with_url(&JsValue::NULL, "", Some(&fragment))?;
+    window.location().href()
 }
 
 /// Asks the user for a file.

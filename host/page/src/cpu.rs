@@ -8,6 +8,7 @@ use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::{Camera, Lettering, Scene, Shape, Tier};
 use relievo_viewer::display::{self, Scale, Show};
 use relievo_viewer::dropped::adopt;
+use relievo_viewer::link::encode;
 use relievo_viewer::orbit;
 use std::path::Path;
 use wasm_bindgen::prelude::*;
@@ -20,25 +21,41 @@ pub struct CpuPage {
     prepared: Option<PreparedScene>,
     camera: Option<Camera>,
     show: Show,
+    problem: Option<String>,
 }
 
 #[wasm_bindgen]
 impl CpuPage {
-    /// Prepares the default scene.
+    /// Reads the scene of the fragment of the page's address, or the default scene.
     ///
     /// # Errors
     /// The message, as a string.
     #[wasm_bindgen(constructor)]
-    pub fn new() -> Result<CpuPage, JsValue> {
+    pub fn new(fragment: &str) -> Result<CpuPage, JsValue> {
         console_error_panic_hook::set_once();
-        let scene = default::scene().map_err(|error| error.to_string())?;
+        let (scene, problem) = default::scene_of(fragment).map_err(|error| error.to_string())?;
         Ok(CpuPage {
             camera: scene.own_camera(),
             scene,
             assets: Assets::default(),
             prepared: None,
             show: Show::default(),
+            problem,
         })
+    }
+
+    /// Returns why it shows the default scene in place of the fragment's.
+    pub fn problem(&self) -> Option<String> {
+        self.problem.clone()
+    }
+
+    /// Returns the fragment that shows the scene.
+    ///
+    /// # Errors
+    /// The message, as a string.
+    pub fn link(&self) -> Result<String, JsValue> {
+        let scene = self.scene.seen_from(self.camera);
+        Ok(encode(&scene, &default::files())?)
     }
 
     /// Sets a parameter of the first object.
@@ -69,6 +86,27 @@ impl CpuPage {
         }
         self.prepared = None;
         Ok(())
+    }
+
+    /// Returns the parameters that [`CpuPage::set`] sets, as JSON: pairs of name and value.
+    pub fn values(&self) -> String {
+        let object = &self.scene.objects[0];
+        let flag = |flag: bool| f64::from(u8::from(flag));
+        let depth = object.depth.map(|depth| ("depth", depth));
+        let others = [
+            ("extension", object.extrusion.extension),
+            ("bevel", object.extrusion.bevel),
+            ("chamfer", object.extrusion.chamfer),
+            ("cut-out", flag(object.cut_out)),
+            ("invert", flag(object.invert)),
+            ("shadows", flag(object.self_shadow)),
+            ("repeat-u", object.repeat[0]),
+            ("repeat-v", object.repeat[1]),
+            ("accurate", flag(object.tier == Tier::Accurate)),
+        ];
+        let all: Vec<(&str, f64)> = depth.into_iter().chain(others).collect();
+        // Strings and numbers always serialize.
+        serde_json::to_string(&all).unwrap_or_default()
     }
 
     /// Turns (radians), moves (picture heights) and zooms (factor) the camera.

@@ -1,7 +1,8 @@
-//! The default scene.
+//! The default scene, and the scene of an address.
 
 use relievo::scene::{Scene, SceneError};
 use relievo::{Files, Limits};
+use relievo_viewer::link::decode;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -28,15 +29,25 @@ fn limits() -> Limits {
     }
 }
 
+/// Returns the files of the default scene, which links do not carry.
+pub fn files() -> Files {
+    Files::memory(FILES.map(|(name, bytes)| (PathBuf::from(name), Arc::from(bytes))))
+}
+
+/// Returns the scene of the fragment of an address. If it has none, or none that can be
+/// read, this is the default scene, with a message in the latter case.
+pub fn scene_of(fragment: &str) -> Result<(Scene, Option<String>), SceneError> {
+    let default = scene()?;
+    Ok(match decode(fragment, &default) {
+        None => (default, None),
+        Some(Ok(scene)) => (scene, None),
+        Some(Err(problem)) => (default, Some(problem)),
+    })
+}
+
 /// Parses the default scene.
-pub fn scene() -> Result<Scene, SceneError> {
-    let files = FILES.map(|(name, bytes)| (PathBuf::from(name), Arc::from(bytes)));
+fn scene() -> Result<Scene, SceneError> {
     // A separate folder would be missing where the scene is saved.
     let text = SCENE.replace("../", "");
-    Scene::parse_with(
-        &text,
-        Path::new("torus.toml"),
-        &limits(),
-        Files::memory(files),
-    )
+    Scene::parse_with(&text, Path::new("torus.toml"), &limits(), files())
 }

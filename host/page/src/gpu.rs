@@ -31,13 +31,18 @@ impl GpuPage {
         }
     }
 
-    /// Shows the default scene on `canvas`.
+    /// Shows the scene of `fragment`, of the page's address, on `canvas`. Returns a
+    /// message if it shows the default scene in place of it.
     ///
     /// # Errors
     /// The message, as a string.
-    pub async fn start(&self, canvas: HtmlCanvasElement) -> Result<(), JsValue> {
+    pub async fn start(
+        &self,
+        canvas: HtmlCanvasElement,
+        fragment: String,
+    ) -> Result<Option<String>, JsValue> {
         let started = Instant::now();
-        let scene = default::scene().map_err(|error| error.to_string())?;
+        let (scene, problem) = default::scene_of(&fragment).map_err(|error| error.to_string())?;
         let browser = Browser {
             told: self.told.clone(),
         };
@@ -45,7 +50,8 @@ impl GpuPage {
             let viewer = Viewer::new(context, scene, Box::new(browser), started)?;
             Ok(Box::new(viewer))
         });
-        self.runner.start(canvas, options(), create).await
+        self.runner.start(canvas, options(), create).await?;
+        Ok(problem)
     }
 
     /// Returns the state of the page as JSON.

@@ -22,8 +22,9 @@ async function withGpu() {
   const page = new GpuPage();
   const canvas = document.getElementById("viewer");
   canvas.hidden = false;
-  await page.start(canvas);
-  notice.hidden = true;
+  const problem = await page.start(canvas, location.hash);
+  notice.textContent = problem ?? "";
+  notice.hidden = !problem;
   window.relievo.probe = () => {
     const told = page.probe();
     return told ? JSON.parse(told) : { settled: false };
@@ -31,10 +32,11 @@ async function withGpu() {
 }
 
 function withCpu() {
-  const reason = "This browser has no WebGPU: pictures are drawn by the CPU, and slowly.";
+  let reason = "This browser has no WebGPU: pictures are drawn by the CPU, and slowly.";
   notice.textContent = reason;
   document.getElementById("fallback").hidden = false;
-  const worker = new Worker("worker.js", { type: "module" });
+  // The worker reads the scene of the address.
+  const worker = new Worker(`worker.js${location.hash}`, { type: "module" });
   const canvas = document.getElementById("picture");
   const context = canvas.getContext("2d");
   const state = { settled: false, renderer: "CPU", frames: 0, message: "" };
@@ -60,8 +62,18 @@ function withCpu() {
   worker.onerror = (event) => fail(event.message, "go on");
   worker.onmessage = async ({ data }) => {
     if (data.scene !== undefined) return download("relievo.toml", new Blob([data.scene]));
+    if (data.link !== undefined) return copy(data.link);
     busy = false;
-    if (data.ready) return send();
+    if (data.ready) {
+      reason = data.problem ?? reason;
+      for (const [name, value] of data.values) {
+        const input = document.querySelector(`[name=${name}]`);
+        if (input.type === "checkbox") input.checked = value > 0;
+        else input.value = value;
+        if (input.type === "range") input.nextElementSibling.textContent = input.value;
+      }
+      return send();
+    }
     state.message = data.error ?? "";
     notice.textContent = data.error ?? reason;
     if (data.error) {
@@ -125,7 +137,16 @@ function withCpu() {
   document.getElementById("save-picture").addEventListener("click", () =>
     canvas.toBlob((blob) => download("relievo.png", blob)));
   document.getElementById("save-scene").addEventListener("click", () => worker.postMessage({ scene: true }));
+  document.getElementById("copy-link").addEventListener("click", () => worker.postMessage({ link: true }));
+  async function copy(fragment) {
+    history.replaceState(null, "", `#${fragment}`);
+    await navigator.clipboard?.writeText(location.href).catch(() => null);
+    notice.textContent = "The link is copied, and is in the address bar.";
+  }
 }
+
+// A link may be opened in this very page. Copying one changes the address without this event.
+addEventListener("hashchange", () => location.reload());
 
 function download(name, blob) {
   const anchor = document.createElement("a");

@@ -2,12 +2,13 @@
 import load, { CpuPage } from "./relievo_page.js";
 
 await load();
-const page = new CpuPage();
-postMessage({ ready: true });
+const page = new CpuPage(location.hash);
+postMessage({ ready: true, problem: page.problem(), values: JSON.parse(page.values()) });
 
 onmessage = ({ data }) => {
   if (data.scene) return postMessage({ scene: page.scene() });
   try {
+    if (data.link) return postMessage({ link: page.link() });
     for (const order of data.orders) {
       if (order.set) page.set(...order.set);
       if (order.show) page.show(order.show);

@@ -18,6 +18,7 @@
 //! patterns   patterns to choose from
 //! thumbnails patterns           → small pictures
 //! presets    preset             → object
+//! link       scene              ↔ fragment of an address
 //! saving     scene, screen      → files
 //! platform   desktop or browser
 //! probe      state of the window as data
@@ -47,6 +48,7 @@ pub mod display;
 pub mod dropped;
 mod governor;
 mod history;
+pub mod link;
 #[cfg(not(target_arch = "wasm32"))]
 pub mod native;
 pub mod orbit;

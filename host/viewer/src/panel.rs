@@ -26,6 +26,9 @@ impl Viewer {
             if controls.button("Open…") {
                 self.open();
             }
+            if self.platform.has_links() && controls.button("Copy link") {
+                self.copy_link(ui.ctx());
+            }
             ui.separator();
             ui.label("Preset");
             let mut controls = Controls::new(ui, collector);

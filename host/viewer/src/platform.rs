@@ -3,6 +3,7 @@
 use super::dropped::Arrived;
 use super::probe::Probe;
 use relievo::export::ExportedFile;
+use relievo::scene::Scene;
 use std::path::Path;
 
 /// Host of the viewer.
@@ -23,6 +24,20 @@ pub trait Platform {
     /// Lets the user choose a file, which `arrived` receives later. Returns `false` if
     /// the viewer should list the files of the disk.
     fn choose(&mut self, arrived: &Arrived) -> bool;
+
+    /// Returns whether there are addresses that show a scene.
+    fn has_links(&self) -> bool {
+        false
+    }
+
+    /// Returns the address that shows `scene`.
+    ///
+    /// # Errors
+    /// A message for the user.
+    fn link(&mut self, scene: &Scene) -> Result<String, String> {
+        let _ = scene;
+        Err("this window has no address".to_string())
+    }
 
     /// Returns the folder of saved scenes; their paths are relative to it.
     fn folder(&self) -> &Path;

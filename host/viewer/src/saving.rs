@@ -81,6 +81,18 @@ impl Viewer {
         self.report(saved);
     }
 
+    /// Copies the address that shows the scene.
+    pub(super) fn copy_link(&mut self, context: &egui::Context) {
+        match self.platform.link(&self.saved_scene()) {
+            Ok(link) => {
+                let length = link.len();
+                context.copy_text(link);
+                self.say(format!("Copied a link of {length} characters"));
+            }
+            Err(problem) => self.complain(problem),
+        }
+    }
+
     /// Exports the scene's shaders with their input data.
     pub(super) fn export(&mut self) {
         let Some(first) = self.prepared.first() else {
