@@ -29,7 +29,6 @@ use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
 use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::outline::{Outline, outline, outline_corner, prism_outline};
-use relievo_shared::shading::mean::Colors;
 use relievo_shared::shading::{self, FacetMaterial, Finish, Light, Lighting, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 use relievo_shared::walk::PrismList;
@@ -548,32 +547,10 @@ impl Hits for HitPictures<'_> {
     }
 }
 
-/// The G-buffer, and the colours of its hits.
-struct ColorPictures<'a> {
-    place: &'a WordPicture,
-    surface: &'a WordPicture,
-    colors: &'a WordPicture,
-}
-
-impl Hits for ColorPictures<'_> {
-    #[inline]
-    fn words(&self, x: u32, y: u32) -> (UVec4, UVec4) {
-        let pixel = UVec2::new(x, y);
-        (self.place.fetch(pixel), self.surface.fetch(pixel))
-    }
-}
-
-impl Colors for ColorPictures<'_> {
-    #[inline]
-    fn color(&self, x: u32, y: u32) -> UVec4 {
-        self.colors.fetch(UVec2::new(x, y))
-    }
-}
-
-/// Defines an entry point that writes what `$words` makes of a pixel whose hits, and more, are in
-/// pictures.
+/// Defines an entry point that writes what `$words` makes of a pixel whose hits, and words that
+/// another one has written, are in pictures.
 macro_rules! shade_entry_point {
-    ($name:ident, $doc:literal, $words:expr, $hits:ident { $($picture:ident = $binding:literal)? }) => {
+    ($name:ident, $doc:literal, $words:expr $(, $written:ident = $binding:literal)?) => {
         #[doc = $doc]
         #[spirv(fragment)]
         pub fn $name(
@@ -587,7 +564,7 @@ macro_rules! shade_entry_point {
             #[spirv(storage_buffer, descriptor_set = 0, binding = 6)] words: &[u32],
             #[spirv(descriptor_set = 1, binding = 0)] place: &WordPicture,
             #[spirv(descriptor_set = 1, binding = 1)] surface: &WordPicture,
-            $(#[spirv(descriptor_set = 1, binding = $binding)] $picture: &WordPicture,)?
+            $(#[spirv(descriptor_set = 1, binding = $binding)] $written: &WordPicture,)?
             color: &mut UVec4,
         ) {
             let tables = Buffers {
@@ -598,8 +575,11 @@ macro_rules! shade_entry_point {
                 words,
             };
             let pixel = (coordinate.x as u32, coordinate.y as u32);
-            let hits = $hits { place, surface $(, $picture)? };
-            *color = $words(&tables, frame, lighting, pixel, &hits);
+            let hits = HitPictures { place, surface };
+            *color = $words(
+                &tables, frame, lighting, pixel, &hits
+                $(, || $written.fetch(UVec2::new(pixel.0, pixel.1)))?
+            );
         }
     };
 }
@@ -607,18 +587,16 @@ macro_rules! shade_entry_point {
 shade_entry_point!(
     shade,
     "Writes linear RGB as the bits of three f32, and the class.",
-    shading::words,
-    HitPictures {}
+    shading::words
 );
 shade_entry_point!(
     shade_edges,
     "Writes linear RGB as the bits of three f32, and the class with shares of neighbours.",
-    shading::words_with_edges,
-    HitPictures {}
+    shading::words_with_edges
 );
 shade_entry_point!(
     mean,
     "Writes them anew where the mean of a pattern is seen.",
     shading::mean::words,
-    ColorPictures { colors = 2 }
+    colors = 2
 );

@@ -104,7 +104,7 @@ pub struct MeshFrame {
 
 impl MeshFrame {
     /// Returns that of the words of [`words`] of a hit that knows the mesh.
-    #[inline]
+    #[inline(always)]
     pub fn from_words(place: UVec4, surface: UVec4) -> MeshFrame {
         let is_side = is_side(surface.x & CLASS);
         let normal = from_octahedral(if is_side { surface.z } else { surface.y });
@@ -189,28 +189,28 @@ pub fn from_octahedral(code: u32) -> Vec3 {
     normalize_or(Vec3::new(folded.x, folded.y, z), Vec3::Z)
 }
 
-/// A picture of hits.
+/// A picture of hits. Its functions are always inlined: what a caller does not use is not decoded.
 pub trait Hits {
     /// Returns the words of pixel (`x`, `y`), which is in the picture: place and surface.
     fn words(&self, x: u32, y: u32) -> (UVec4, UVec4);
 
     /// Returns what pixel (`x`, `y`) hits; where hits know the mesh, without δ, and on sides without the
     /// tangent.
-    #[inline]
+    #[inline(always)]
     fn sample(&self, x: u32, y: u32) -> Sample {
         let (place, surface) = self.words(x, y);
         Sample::from_words(place, surface)
     }
 
     /// Returns the mesh where pixel (`x`, `y`) hits something, if hits know it ([`KNOWS_MESH`]).
-    #[inline]
+    #[inline(always)]
     fn mesh(&self, x: u32, y: u32) -> MeshFrame {
         let (place, surface) = self.words(x, y);
         MeshFrame::from_words(place, surface)
     }
 
     /// Returns what pixel (`x`, `y`) hits, where hits know the mesh.
-    #[inline]
+    #[inline(always)]
     fn sample_on_mesh(&self, x: u32, y: u32) -> Sample {
         let (place, surface) = self.words(x, y);
         Sample::on_mesh(place, surface)
@@ -287,7 +287,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
 
 impl Sample {
     /// Returns the hit of the words of [`words`]; zeros are a miss.
-    #[inline]
+    #[inline(always)]
     pub fn from_words(place: UVec4, surface: UVec4) -> Sample {
         const DEPTH_STEP: Real = 1.0 / 65_535.0;
         let bits = surface.x;
@@ -312,7 +312,7 @@ impl Sample {
     }
 
     /// Returns the hit of the words of [`words`], which knows the mesh; zeros are a miss.
-    #[inline]
+    #[inline(always)]
     pub fn on_mesh(place: UVec4, surface: UVec4) -> Sample {
         const DEPTH_STEP: Real = 1.0 / 1_023.0;
         let depth = place.w & ((1 << TURN) - 1);

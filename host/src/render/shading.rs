@@ -7,7 +7,6 @@ use glam::UVec4;
 use rayon::prelude::*;
 use relievo_shared::gbuffer::Hits;
 use relievo_shared::layout::Frame;
-use relievo_shared::shading::mean::Colors;
 use relievo_shared::shading::{self, FacetMaterial, Finish, Light, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
 
@@ -29,27 +28,23 @@ pub(super) fn shade(
     let tables = Slices { lighting, shadows };
     let common = &lighting.lighting;
     let picture = Picture { width, hits };
-    let draw = |of: &(dyn Fn((u32, u32)) -> UVec4 + Sync)| {
-        let mut words = allocate("the picture", hits.len(), [0; 4])?;
+    let mut words = allocate("the picture", hits.len(), [0; 4])?;
+    let mut draw = |of: &(dyn Fn((u32, u32), UVec4) -> UVec4 + Sync)| {
         let rows = words.par_chunks_mut(width as usize).enumerate();
         rows.for_each(|(y, row)| {
             for (x, pixel) in (0..).zip(row) {
-                *pixel = of((x, y as u32)).to_array();
+                *pixel = of((x, y as u32), (*pixel).into()).to_array();
             }
         });
-        Ok::<_, RenderError>(words)
     };
-    let words = if !lighting.has_smooth_edges {
-        draw(&|at| shading::words(&tables, frame, common, at, &picture))?
+    if !lighting.has_smooth_edges {
+        draw(&|at, _| shading::words(&tables, frame, common, at, &picture));
     } else {
-        let colors = draw(&|at| shading::words_with_edges(&tables, frame, common, at, &picture))?;
+        draw(&|at, _| shading::words_with_edges(&tables, frame, common, at, &picture));
         if lighting.has_charts() {
-            let picture = ColorPicture { picture, colors };
-            draw(&|at| shading::mean::words(&tables, frame, common, at, &picture))?
-        } else {
-            colors
+            draw(&|at, color| shading::mean::words(&tables, frame, common, at, &picture, || color));
         }
-    };
+    }
     Ok(ColorWords {
         width,
         height,
@@ -67,26 +62,6 @@ impl Hits for Picture<'_> {
     #[inline]
     fn words(&self, x: u32, y: u32) -> (UVec4, UVec4) {
         self.hits[y as usize * self.width as usize + x as usize].into()
-    }
-}
-
-/// The G-buffer, and the colours of its hits.
-struct ColorPicture<'a> {
-    picture: Picture<'a>,
-    colors: Vec<[u32; 4]>,
-}
-
-impl Hits for ColorPicture<'_> {
-    #[inline]
-    fn words(&self, x: u32, y: u32) -> (UVec4, UVec4) {
-        self.picture.words(x, y)
-    }
-}
-
-impl Colors for ColorPicture<'_> {
-    #[inline]
-    fn color(&self, x: u32, y: u32) -> UVec4 {
-        self.colors[y as usize * self.picture.width as usize + x as usize].into()
     }
 }
 

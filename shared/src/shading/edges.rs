@@ -85,7 +85,8 @@ const AFTER: u32 = 16;
 const IS_DOWN: u32 = 1 << 24;
 
 impl Pixel {
-    #[inline]
+    // As the functions of `Hits`.
+    #[inline(always)]
     fn new<H: Hits + ?Sized>(frame: &Frame, hits: &H, at: IVec2) -> Pixel {
         let within = |x: i32, size: Real| {
             let last = size as i32 - 1;

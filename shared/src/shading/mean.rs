@@ -10,10 +10,11 @@
 //! ½ + xy / [`MOST`] of the sum, 1 / texels.
 
 use super::edges::{Shares, from_code};
+use super::image::{Footprint, sample_over};
 use super::layout::{Finish, Light, Lighting};
 use super::lights::{self, Incoming};
 use super::material::finish_of;
-use super::{Tables, image, shade_under};
+use super::{Tables, shade_under};
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::camera::{on_plane, pixel_ray};
 use crate::contract::check3;
@@ -23,7 +24,6 @@ use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
 use crate::trace::word;
 use crate::{Real, Vec2, Vec3};
 use glam::{UVec4, Vec4};
-use image::{Footprint, sample_over};
 
 /// Largest xx or yy of a texel of the chart, and twice the largest xy: what is larger is cut off.
 pub const MOST: Real = 1.5;
@@ -38,7 +38,7 @@ const TURNS_SCALE: Real = 10.0;
 const ALIKE: Real = 0.9;
 const ALIKE_SLOPE: Real = 0.25;
 /// How many times a groove may be narrower than the mean of the gaps of its pattern.
-pub const MOST_UNEVEN: Real = 4.0;
+pub const MOST_UNEVEN: Real = 2.0;
 /// Least outline per area, and least share of an area.
 const LEAST: Real = 1e-4;
 /// How much of what both families hide is hidden twice: all in square holes, nothing around
@@ -109,36 +109,61 @@ const CAP: u32 = 1;
 const SIDES: u32 = 2;
 const FLOOR: u32 = 6;
 
-/// A picture of colours.
-pub trait Colors {
-    /// Returns the words of pixel (`x`, `y`), see [`words_with_edges`](super::words_with_edges).
-    fn color(&self, x: u32, y: u32) -> UVec4;
-}
-
 /// Returns the words of pixel (`x`, `y`) of a picture with smooth edges, where the mean of a pattern
 /// is seen instead of what the pixel hits: not at all where the grooves of the pattern are wider than
-/// the pixel, nothing else where the pixel is twice as wide as they are. Hits know the mesh.
+/// the pixel, nothing else where the pixel is twice as wide as they are. Hits know the mesh, and
+/// `color` returns the words of the pixel by [`words_with_edges`](super::words_with_edges).
 #[inline]
-pub fn words<T: Tables + ?Sized, H: Hits + Colors + ?Sized>(
+pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     tables: &T,
     frame: &Frame,
     lighting: &Lighting,
     at: (u32, u32),
     hits: &H,
+    color: impl FnOnce() -> UVec4,
 ) -> UVec4 {
-    let (mean, weight) = mean(tables, frame, lighting, hits, at);
-    let found = hits.color(at.0, at.1);
+    let (mean, weight) = if may_be_seen(tables, frame, hits, at) {
+        mean(tables, frame, lighting, hits, at)
+    } else {
+        (Vec3::ZERO, 0.0)
+    };
+    let found = color();
     if weight > 0.0 {
         let mean = kept3(mean);
         check3(mean);
-        let color = |word: u32| f32::from_bits(word) * (1.0 - weight);
-        let own = Vec3::new(color(found.x), color(found.y), color(found.z));
+        let own = |word: u32| f32::from_bits(word) * (1.0 - weight);
+        let own = Vec3::new(own(found.x), own(found.y), own(found.z));
         let rgb = kept3(own + mean * weight);
         let code = faded(tables, frame, hits, at, found.w, 1.0 - weight);
         UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), code)
     } else {
         found
     }
+}
+
+/// Returns whether the grooves at pixel (`x`, `y`) may be so narrow that their mean is seen. Costs little,
+/// and most pixels of most pictures end here.
+#[inline]
+fn may_be_seen<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    hits: &H,
+    (x, y): (u32, u32),
+) -> bool {
+    let hit = hits.sample(x, y);
+    if hit.class == CLASS_MISS {
+        return false;
+    }
+    let finish = tables.finish(finish_of(&hit));
+    if finish.chart.levels == 0 {
+        return false;
+    }
+    let facing = -kept(hits.mesh(x, y).normal.dot(pixel_ray(frame, x, y)));
+    // No side of the footprint is longer than a side of a pixel that is tilted along it.
+    let (right, down) = (vec3(frame.ray_right), vec3(frame.ray_down));
+    let side = sqrt(max(right.dot(right), down.dot(down)));
+    let pixel = div(side * hit.t, max(facing, LEAST_COSINE));
+    pixel * MOST_UNEVEN > gap(finish, density(tables, finish, &hit))
 }
 
 /// Returns the class word `code` of pixel (`x`, `y`), in which the shares of neighbours are scaled by
@@ -230,20 +255,22 @@ impl View {
             ..*cap
         }
     }
+}
 
-    /// Returns texels of the chart per world unit along u and v.
-    #[inline]
-    fn texels(&self, finish: &Finish) -> Vec2 {
-        let chart = &finish.chart;
-        self.rate * Vec2::new(chart.width as i32 as Real, chart.height as i32 as Real)
-    }
+/// Returns texels of the chart of `finish` per world unit along u and v, where `rate` repeats of the
+/// pattern are.
+#[inline]
+fn texels(finish: &Finish, rate: Vec2) -> Vec2 {
+    let chart = &finish.chart;
+    rate * Vec2::new(chart.width as i32 as Real, chart.height as i32 as Real)
+}
 
-    /// Returns the mean width of the pattern's gaps, world units.
-    #[inline]
-    fn gap(&self, finish: &Finish) -> Real {
-        let texels = self.texels(finish);
-        div(finish.gap, max(sqrt(texels.x * texels.y), 1e-12))
-    }
+/// Returns the mean width of the pattern's gaps, world units, where `rate` repeats of it are a world unit
+/// along u and v.
+#[inline]
+fn gap(finish: &Finish, rate: Vec2) -> Real {
+    let texels = texels(finish, rate);
+    div(finish.gap, max(sqrt(texels.x * texels.y), 1e-12))
 }
 
 /// Returns how far the ray along `direction` goes per unit of depth below `mesh`: along itself, and
@@ -266,7 +293,7 @@ fn density<T: Tables + ?Sized>(tables: &T, finish: &Finish, hit: &Sample) -> Vec
 }
 
 /// Returns how even the mesh is around pixel (`x`, `y`), which hits something: 1 where it faces the
-/// eye as the pixels beside do, 0 where it turns away within a pixel.
+/// ray as the pixels beside do, 0 where it turns away within a pixel.
 #[inline]
 fn evenness<H: Hits + ?Sized>(frame: &Frame, hits: &H, (x, y): (u32, u32)) -> Real {
     // All for the same ray: then a plane is even in perspective, too.
@@ -322,7 +349,7 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
     let mut weight = 0.0;
     let mut cap_share = 1.0;
     let mut which = 0;
-    let gap = view.gap(finish);
+    let gap = gap(finish, rate);
     let mut end = if pixel * MOST_UNEVEN < gap { 0 } else { 1 };
     while which < end {
         // Sides and floor are seen on the way down. The cap is that of the pixel.
@@ -337,7 +364,7 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
         if is_cap {
             cap_share = clamp(found.x, 0.0, 1.0);
         } else {
-            pattern = Pattern::new(found, view.texels(finish));
+            pattern = Pattern::new(found, texels(finish, rate));
             // The cap is known to the pixel; what lies in the grooves is not.
             let width = pattern.width.x;
             let of = |pixel: Real| clamp(div(pixel, width) - 1.0, 0.0, 1.0);
@@ -428,7 +455,7 @@ impl Grooves {
             width,
             depth: finish.depth * cap.unit,
             growth: div(finish.growth, max(rate.x, 1e-12)),
-            gap: max(view.gap(finish), 1e-12),
+            gap: max(gap(finish, *rate), 1e-12),
         }
     }
 
