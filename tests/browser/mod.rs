@@ -18,7 +18,7 @@ use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Timeout of any step: software drivers on two busy cores.
-const PATIENCE: Duration = Duration::from_secs(120);
+const PATIENCE: Duration = Duration::from_secs(300);
 
 /// Largest download of WebAssembly, bytes.
 const LARGEST: u64 = 6_000_000;
@@ -342,7 +342,8 @@ impl Page {
     pub fn downloaded(&self, name: &str) -> Vec<u8> {
         let path = self.downloads.path().join(name);
         let start = Instant::now();
-        while !path.exists() {
+        // Chromium reserves the name by an empty file.
+        while std::fs::metadata(&path).map_or(0, |file| file.len()) == 0 {
             assert!(
                 start.elapsed() < PATIENCE,
                 "{name} is not downloaded: {}",

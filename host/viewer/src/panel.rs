@@ -92,6 +92,9 @@ impl Viewer {
         }
         let mut controls = Controls::new(ui, collector);
         let (thumbnails, scene) = (&mut self.thumbnails, &self.scene);
+        if let Some(object) = scene.objects.get(self.selected) {
+            thumbnails.visit(&object.shape);
+        }
         let chosen = controls.folded("Patterns", false, |ui| {
             thumbnails.show(ui, collector, scene, self.selected)
         });

@@ -50,6 +50,8 @@ type Made = (u64, usize, Option<ColorImage>);
 
 /// A list of patterns to choose from.
 pub struct Thumbnails {
+    /// Folder of the last pattern that is a file.
+    folder: Option<PathBuf>,
     /// Source of the list: where files are read, and the folder.
     source: Option<(Files, Option<PathBuf>)>,
     request: Option<Request>,
@@ -82,6 +84,7 @@ impl Thumbnails {
             std::thread::spawn(move || while painter.receive() && painter.paint() {});
         }
         Thumbnails {
+            folder: None,
             source: None,
             request: None,
             number: 0,
@@ -90,6 +93,15 @@ impl Thumbnails {
             made,
             #[cfg(target_arch = "wasm32")]
             here: painter,
+        }
+    }
+
+    /// Lists the files beside `shape`, if it is a file; otherwise those listed before.
+    pub fn visit(&mut self, shape: &Shape) {
+        if let Shape::File(path) = shape
+            && self.folder.as_deref() != path.parent()
+        {
+            self.folder = path.parent().map(Path::to_path_buf);
         }
     }
 
@@ -107,7 +119,7 @@ impl Thumbnails {
         selected: usize,
     ) -> Option<Shape> {
         let object = scene.objects.get(selected)?;
-        self.update(scene, &object.shape, object.threshold, object.invert);
+        self.update(scene, object.threshold, object.invert);
         self.receive(ui);
         let choices = self.request.iter().flat_map(|request| &request.choices);
         let all = choices.zip(&self.pictures);
@@ -135,14 +147,8 @@ impl Thumbnails {
     }
 
     /// Orders pictures, unless they have been ordered.
-    fn update(&mut self, scene: &Scene, shape: &Shape, threshold: u8, invert: bool) {
-        let known = self.source.as_ref().and_then(|(_, folder)| folder.clone());
-        let folder = match shape {
-            Shape::File(path) => path.parent().map(Path::to_path_buf),
-            // The files stay where they were.
-            _ => known,
-        };
-        let source = Some((scene.files.clone(), folder));
+    fn update(&mut self, scene: &Scene, threshold: u8, invert: bool) {
+        let source = Some((scene.files.clone(), self.folder.clone()));
         let options = PatternOptions {
             threshold,
             invert,
@@ -347,9 +353,8 @@ mod tests {
         ]);
         let mut thumbnails = Thumbnails::new(wake);
         let scene = Scene::default().files(files);
-        let shape = Shape::from("yes.pbm");
-        thumbnails.update(&scene, &shape, 128, true);
-        thumbnails.update(&scene, &shape, 128, false);
+        thumbnails.update(&scene, 128, true);
+        thumbnails.update(&scene, 128, false);
         let count = DRAWINGS.len() + 2;
         let mut made = vec![None; count];
         let mut left = count;
