@@ -122,11 +122,7 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     hits: &H,
     color: impl FnOnce() -> UVec4,
 ) -> UVec4 {
-    let (mean, weight) = if may_be_seen(tables, frame, hits, at) {
-        mean(tables, frame, lighting, hits, at)
-    } else {
-        (Vec3::ZERO, 0.0)
-    };
+    let (mean, weight) = mean(tables, frame, lighting, hits, at);
     let found = color();
     if weight > 0.0 {
         let mean = kept3(mean);
@@ -631,9 +627,9 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
     };
     let (mut step, mut end) = (FIND, 1);
     while step < end {
-        // Read again for each part, so that it takes no registers meanwhile.
-        let hit = hits.sample_on_mesh(at.0, at.1);
-        if hit.class != CLASS_MISS && tables.finish(finish_of(&hit)).chart.levels != 0 {
+        if step > FIND || may_be_seen(tables, frame, hits, at) {
+            // Read again for each part, so that it takes no registers meanwhile.
+            let hit = hits.sample_on_mesh(at.0, at.1);
             let direction = pixel_ray(frame, at.0, at.1);
             let view = View::new(tables, direction, hits.mesh(at.0, at.1), &hit);
             if step == FIND {
