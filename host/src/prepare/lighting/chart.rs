@@ -159,16 +159,16 @@ mod tests {
         let solid = (0..64 * 64).map(|i| i % 64 < 24).collect::<Vec<_>>();
         let pattern = Pattern::from_pixels(64, 64, solid).unwrap();
         let map = bake(&pattern, Storage::R32F, &|_| ());
-        // 40 of 64 texels become 5 of 8.
+        // 40 of 64 texels become 2.5 of 4.
         let (size, gap) = size(&map, gap(&map, 0.0));
-        assert!(size == [8, 8] && (gap - 5.0).abs() < 0.02, "{size:?} {gap}");
+        assert!(size == [4, 4] && (gap - 2.5).abs() < 0.01, "{size:?} {gap}");
         let chart = chart(&map, 0.0, size);
         let sums = chart.pixels().fold([0.0; 2], |[cap, xx], pixel| {
             [cap + pixel.0[0], xx + pixel.0[1]]
         });
-        // Two edges in 8 texels.
-        let [cap, xx] = sums.map(|sum| sum / 64.0);
-        assert!((cap - 0.375).abs() < 1e-6 && (xx * MOST - 0.25).abs() < 1e-6);
+        // Two edges in 4 texels.
+        let [cap, xx] = sums.map(|sum| sum / 16.0);
+        assert!((cap - 0.375).abs() < 1e-6 && (xx * MOST - 0.5).abs() < 1e-6);
     }
 
     #[test]
