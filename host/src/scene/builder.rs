@@ -1,8 +1,8 @@
 //! Scenes in code: constructors and setters that can be chained.
 
 use super::{
-    Camera, Color, Development, Environment, Finish, Instances, Light, LightSource, MapOptions,
-    Material, PhysicalMaterial, Scene, SceneObject, Shape, Technique, Tier, Track,
+    Camera, Color, Development, Environment, Finish, Instances, Layer, Light, LightSource,
+    MapOptions, Material, PhysicalMaterial, Scene, SceneObject, Shape, Technique, Tier, Track,
 };
 use crate::mesh::{MeshSource, Projection};
 use crate::{Files, Limits};
@@ -160,34 +160,6 @@ impl SceneObject {
         self
     }
 
-    /// Sets the extension e, pattern widths.
-    #[must_use]
-    pub fn extension(mut self, widths: f64) -> SceneObject {
-        self.extrusion.extension = widths;
-        self
-    }
-
-    /// Sets the bevel b, pattern widths per unit of depth.
-    #[must_use]
-    pub fn bevel(mut self, widths: f64) -> SceneObject {
-        self.extrusion.bevel = widths;
-        self
-    }
-
-    /// Sets the chamfer c, 0…1.
-    #[must_use]
-    pub fn chamfer(mut self, part: f64) -> SceneObject {
-        self.extrusion.chamfer = part;
-        self
-    }
-
-    /// Sets the number of parts of a profile that has parts.
-    #[must_use]
-    pub fn parts(mut self, parts: u32) -> SceneObject {
-        self.extrusion.parts = parts;
-        self
-    }
-
     /// Sets the repeats of the pattern along u and v.
     #[must_use]
     pub fn repeat(mut self, u: impl Into<f64>, v: impl Into<f64>) -> SceneObject {
@@ -198,12 +170,12 @@ impl SceneObject {
 
 /// Defines setters of fields that need no conversion but `Some`.
 macro_rules! setters {
-    ($($(#[$doc:meta])* $name:ident: $type:ty $(, $wrap:ident)?;)*) => {
-        impl SceneObject {
+    ($owner:ident; $($(#[$doc:meta])* $name:ident: $type:ty $(, $wrap:ident)?;)*) => {
+        impl $owner {
             $(
                 $(#[$doc])*
                 #[must_use]
-                pub fn $name(mut self, $name: $type) -> SceneObject {
+                pub fn $name(mut self, $name: $type) -> $owner {
                     self.$name = setters!(@ $name $($wrap)?);
                     self
                 }
@@ -214,7 +186,53 @@ macro_rules! setters {
     (@ $value:ident $wrap:ident) => { $wrap($value) };
 }
 
-setters! {
+/// Defines the setters that objects and layers have.
+macro_rules! carving_setters {
+    ($owner:ident) => {
+        impl $owner {
+            /// Sets the extension e, pattern widths.
+            #[must_use]
+            pub fn extension(mut self, widths: f64) -> $owner {
+                self.extrusion.extension = widths;
+                self
+            }
+
+            /// Sets the bevel b, pattern widths per unit of depth.
+            #[must_use]
+            pub fn bevel(mut self, widths: f64) -> $owner {
+                self.extrusion.bevel = widths;
+                self
+            }
+
+            /// Sets the chamfer c, 0…1.
+            #[must_use]
+            pub fn chamfer(mut self, part: f64) -> $owner {
+                self.extrusion.chamfer = part;
+                self
+            }
+
+            /// Sets the number of parts of a profile that has parts.
+            #[must_use]
+            pub fn parts(mut self, parts: u32) -> $owner {
+                self.extrusion.parts = parts;
+                self
+            }
+        }
+
+        setters! { $owner;
+            /// Sets the luma below which a pixel is pattern, 1…255.
+            threshold: u8;
+            /// Sets whether the light pixels are the pattern.
+            invert: bool;
+            /// Sets colours and gloss.
+            material: Material;
+            /// Sets materials of the scene in place of colours.
+            finish: Finish;
+        }
+    };
+}
+
+setters! { SceneObject;
     /// Sets the pixels of the longer side of a drawing or text, 8…32768.
     raster: u32, Some;
     /// Sets how the pattern is stored.
@@ -242,14 +260,6 @@ setters! {
     /// Sets the largest angle between two triangles whose edge is smooth where the
     /// mesh has no normals, degrees, 0…180.
     crease_angle: f64;
-    /// Sets the luma below which a pixel is pattern, 1…255.
-    threshold: u8;
-    /// Sets whether the light pixels are the pattern.
-    invert: bool;
-    /// Sets colours and gloss.
-    material: Material;
-    /// Sets materials of the scene in place of colours.
-    finish: Finish;
     /// Sets the uniform scale, > 0.
     scale: f64;
     /// Sets the rotation about x, then y, then z, degrees.
@@ -260,7 +270,41 @@ setters! {
     instances: Instances, Some;
 }
 
+setters! { Layer;
+    /// Sets the δ of its caps, 0…1.
+    top: f64;
+    /// Sets the δ where it ends, above `top`, at most 1.
+    bottom: f64;
+}
+
+carving_setters!(SceneObject);
+carving_setters!(Layer);
+
+impl Layer {
+    /// Creates a layer of the whole depth. Texts are paths, as for [`SceneObject::new`].
+    pub fn new(shape: impl Into<Shape>) -> Layer {
+        Layer {
+            shape: shape.into(),
+            ..Layer::default()
+        }
+    }
+
+    /// Sets the technique, and parameters to its defaults: call it before their setters.
+    #[must_use]
+    pub fn with_technique(mut self, technique: Technique) -> Layer {
+        self.set_technique(technique);
+        self
+    }
+}
+
 impl SceneObject {
+    /// Adds a layer.
+    #[must_use]
+    pub fn with_layer(mut self, layer: Layer) -> SceneObject {
+        self.layers.push(layer);
+        self
+    }
+
     /// Sets the name in messages.
     #[must_use]
     pub fn named(mut self, name: impl Into<String>) -> SceneObject {

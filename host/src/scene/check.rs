@@ -1,11 +1,11 @@
 //! Checks of scenes, whether they were read from a file or made in code.
 
-use super::keys::{
-    CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
-};
+use super::carving::Carving;
+use super::keys::{CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIALS, TEXT};
+use super::object::layer_prefix;
 use super::{
-    Finish, Instances, LightKind, LightSource, Scene, SceneError, SceneObject, Search, Shape, Tier,
-    animation,
+    Extrusion, Finish, Instances, LightKind, LightSource, MOST_LAYERS, Scene, SceneError,
+    SceneObject, Search, Shape, Tier, animation,
 };
 use glam::DVec3;
 use relievo_shared::profile;
@@ -91,25 +91,34 @@ pub(super) fn check_values(scene: &Scene) -> Result<(), Problem> {
     for (index, checked) in scene.objects.iter().enumerate() {
         let prefix = format!("object {}: ", index + 1);
         object(checked, &prefix)?;
-        for (part, name) in checked.finish.names() {
-            if name == Finish::OF_MESH {
-                continue;
-            }
-            let mut materials = scene.materials.iter();
-            if !materials.any(|material| material.name == name) {
-                let names = scene.materials.iter();
-                let names: Vec<&str> = names.map(|material| material.name.as_str()).collect();
-                let known = if name.starts_with('@') {
-                    format!("the materials of the mesh file are {:?}", Finish::OF_MESH)
-                } else if names.is_empty() {
-                    "add a table [[material]] with that name".to_string()
-                } else {
-                    format!("the materials are {}", names.join(", "))
-                };
-                let problem =
-                    format!("is {name:?}, which is neither a colour nor a material; {known}");
-                return wrong(&format!("{prefix}material.{part}"), &problem);
-            }
+        finish(scene, &checked.finish, &prefix)?;
+        for (number, layer) in (1..).zip(&checked.layers) {
+            let prefix = format!("{prefix}{}", layer_prefix(number));
+            finish(scene, &layer.finish, &prefix)?;
+        }
+    }
+    Ok(())
+}
+
+/// Checks that the scene has the materials of `finish`.
+fn finish(scene: &Scene, finish: &Finish, prefix: &str) -> Result<(), Problem> {
+    for (part, name) in finish.names() {
+        if name == Finish::OF_MESH {
+            continue;
+        }
+        let mut materials = scene.materials.iter();
+        if !materials.any(|material| material.name == name) {
+            let names = scene.materials.iter();
+            let names: Vec<&str> = names.map(|material| material.name.as_str()).collect();
+            let known = if name.starts_with('@') {
+                format!("the materials of the mesh file are {:?}", Finish::OF_MESH)
+            } else if names.is_empty() {
+                "add a table [[material]] with that name".to_string()
+            } else {
+                format!("the materials are {}", names.join(", "))
+            };
+            let problem = format!("is {name:?}, which is neither a colour nor a material; {known}");
+            return wrong(&format!("{prefix}material.{part}"), &problem);
         }
     }
     Ok(())
@@ -200,27 +209,16 @@ fn object(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
     for (name, path) in object.named_files() {
         let length = path.as_os_str().len();
         if length == 0 {
-            return wrong(name, "is empty; name a file");
+            return wrong(&name, "is empty; name a file");
         }
         if length > LONGEST_PATH {
             return wrong(
-                name,
+                &name,
                 &format!("is longer than {LONGEST_PATH} bytes; name a file"),
             );
         }
     }
-    ranges(object, OBJECT, prefix)?;
-    ranges(object, MATERIAL, &format!("{prefix}material."))?;
-    if let Shape::Text(lettering) = &object.shape {
-        if lettering.text.chars().all(char::is_whitespace) {
-            return wrong("shape.text", "has no letters; write some");
-        }
-        if lettering.text.chars().count() > LONGEST_TEXT {
-            let problem = format!("is longer than {LONGEST_TEXT} characters; shorten it");
-            return wrong("shape.text", &problem);
-        }
-        ranges(lettering, TEXT, &format!("{prefix}shape."))?;
-    }
+    carving(object, &object.extrusion, prefix)?;
     if let Some(Err(problem)) = object.instances.as_ref().map(Instances::check) {
         return wrong("instances", &problem);
     }
@@ -232,10 +230,6 @@ fn object(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
     if !reduction.is_power_of_two() {
         let problem = format!("is {reduction}; it is a power of two");
         return wrong("map_reduction", &problem);
-    }
-    if object.extrusion.profile >= PROFILES {
-        let problem = "has a profile that does not exist; set a technique";
-        return wrong("technique", problem);
     }
     match (object.search, object.tier) {
         (Search::Relief, Tier::Accurate) => {
@@ -257,6 +251,59 @@ fn object(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
     if let (Search::Relief, Some(_)) = (object.search, object.budget) {
         let problem = "cannot be kept by relief mapping; use another technique";
         return wrong("error_px", problem);
+    }
+    layers(object, prefix)
+}
+
+/// Checks the layers of an object.
+fn layers(object: &SceneObject, prefix: &str) -> Result<(), Problem> {
+    let wrong = |name: &str, problem: &str| wrong(&format!("{prefix}{name}"), problem);
+    if object.layers.is_empty() {
+        return Ok(());
+    }
+    if object.layers.len() > MOST_LAYERS {
+        let problem = format!("is one too many; an object has at most {MOST_LAYERS} layers");
+        return wrong(&format!("layer {}", MOST_LAYERS + 1), &problem);
+    }
+    if object.search == Search::Relief {
+        let problem = "draws no layers; use another technique, or leave the layers out";
+        return wrong("technique", problem);
+    }
+    if object.tier == Tier::Paper {
+        let problem = "draws no layers; layers need the tiers planar, fast or accurate";
+        return wrong("tier", problem);
+    }
+    for (number, layer) in (1..).zip(&object.layers) {
+        let name = layer_prefix(number);
+        carving(layer, &layer.extrusion, &format!("{prefix}{name}"))?;
+        if layer.top >= layer.bottom {
+            let (top, bottom) = (layer.top, layer.bottom);
+            let problem =
+                format!("is {top}, which is not less than bottom, {bottom}; make it less");
+            return wrong(&format!("{name}top"), &problem);
+        }
+    }
+    Ok(())
+}
+
+/// Checks what an object and a layer have in common.
+fn carving<T: Carving>(owner: &T, extrusion: &Extrusion, prefix: &str) -> Result<(), Problem> {
+    let wrong = |name: &str, problem: &str| wrong(&format!("{prefix}{name}"), problem);
+    ranges(owner, T::keys(), prefix)?;
+    ranges(owner, T::material_keys(), &format!("{prefix}material."))?;
+    if let Shape::Text(lettering) = owner.shape() {
+        if lettering.text.chars().all(char::is_whitespace) {
+            return wrong("shape.text", "has no letters; write some");
+        }
+        if lettering.text.chars().count() > LONGEST_TEXT {
+            let problem = format!("is longer than {LONGEST_TEXT} characters; shorten it");
+            return wrong("shape.text", &problem);
+        }
+        ranges(lettering, TEXT, &format!("{prefix}shape."))?;
+    }
+    if extrusion.profile >= PROFILES {
+        let problem = "has a profile that does not exist; set a technique";
+        return wrong("technique", problem);
     }
     Ok(())
 }

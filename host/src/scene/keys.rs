@@ -12,11 +12,12 @@
 //! assert_eq!(object.tolerance, 0.5);
 //! ```
 
+use super::carving::Carving;
 use super::instances::{FAR, SCALES};
-use super::value::{Field, number};
+use super::value::{Field, number, one_of};
 use super::{
-    Camera, Color, Coordinates, Environment, Instances, Interpolation, LightKind, LightSource,
-    PhysicalMaterial, Scene, SceneObject, Search, Shape, Technique, Tier, Tone, Track,
+    Camera, Color, Coordinates, Environment, Instances, Interpolation, Layer, LightKind,
+    LightSource, PhysicalMaterial, Scene, SceneObject, Search, Shape, Technique, Tier, Tone, Track,
 };
 use crate::mesh::{MeshSource, Projection};
 use crate::shape_map::{LARGEST_RASTER, Lettering, SMALLEST_RASTER, Storage};
@@ -180,6 +181,62 @@ pub static LIGHT: &[Key<Scene>] = &[
     key!(Scene, "ambient", light.ambient: Color, "Colour of the ambient light.").range(0.0, 1.0),
 ];
 
+/// Creates the entry of a key that objects and layers have.
+macro_rules! carving_key {
+    ($owner:ty, "shape") => {
+        key!($owner, "shape", shape: Shape, "PNG, JPEG, WebP, TIFF or other image, an SVG, a map made by `relievo bake`, or the table of a text or of a drawing (below). Dark pixels are extruded.")
+            .required()
+    };
+    ($owner:ty, "technique") => {
+        Key::<$owner>::new(
+            "technique",
+            "How geometry is made of the pattern ([techniques](#techniques)).",
+            technique_kind::<$owner>,
+            |owner| owner.technique().to_toml(),
+            |owner, value| match Technique::from_toml(value) {
+                Some(technique) if <$owner>::allows(technique) => {
+                    owner.set_technique(technique);
+                    true
+                }
+                _ => false,
+            },
+        )
+        .default("the simplest with the parameters given")
+    };
+    ($owner:ty, "extension") => {
+        key!($owner, "extension", extrusion.extension: f64, "Extension e: growth of the pattern at every depth.")
+            .range(-1.0, 2.0)
+            .unit("widths")
+            .default("the technique's")
+            .slider("Extension e", -0.2, 0.3)
+    };
+    ($owner:ty, "bevel") => {
+        key!($owner, "bevel", extrusion.bevel: f64, "Bevel b: growth of the pattern per unit of depth, down to the chamfer's end.")
+            .range(0.0, 10.0)
+            .unit("widths/depth")
+            .default("the technique's")
+            .slider("Bevel b", 0.0, 0.5)
+    };
+    ($owner:ty, "chamfer") => {
+        key!($owner, "chamfer", extrusion.chamfer: f64, "Chamfer c: part of the depth where the growth ends.")
+            .range(0.0, 1.0)
+            .unit("of the depth")
+            .default("the technique's")
+            .slider("Chamfer c", 0.0, 1.0)
+    };
+    ($owner:ty, "terraces") => {
+        key!($owner, "terraces", extrusion.parts: u32, "Number of terraces.").range(1.0, 64.0).default("the technique's").slider("Terraces", 1.0, 16.0)
+    };
+    ($owner:ty, "threshold") => {
+        key!($owner, "threshold", threshold: u8, "Luma below which a pixel is pattern.")
+            .range(1.0, 255.0)
+            .logarithmic_slider("Threshold", 1.0, 255.0)
+    };
+    ($owner:ty, "invert") => {
+        key!($owner, "invert", invert: bool, "Makes the light pixels the pattern.")
+    };
+}
+
 /// Keys of a table `[[object]]`. Those that change the defaults of others come
 /// before them.
 pub static OBJECT: &[Key<SceneObject>] = &[
@@ -189,8 +246,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .required(),
     key!(SceneObject, "parts", parts: Vec<String>, "Names of the materials of the mesh file (`usemtl` of OBJ, materials of glTF) whose triangles are drawn, so that each part of a mesh may have its own pattern ([parts](#parts)).")
         .default("all"),
-    key!(SceneObject, "shape", shape: Shape, "PNG, JPEG, WebP, TIFF or other image, an SVG, a map made by `relievo bake`, or the table of a text or of a drawing (below). Dark pixels are extruded.")
-        .required(),
+    carving_key!(SceneObject, "shape"),
     key!(SceneObject, "raster", raster: Option<u32>, "Pixels of the longer side of a pattern that is an SVG or a text.")
         .range(SMALLEST_RASTER as f64, LARGEST_RASTER as f64)
         .default("512")
@@ -202,36 +258,11 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .range(1e-9, 1e9)
         .unit("world units")
         .default("4 % of the mesh's diagonal"),
-    Key::new(
-        "technique",
-        "How geometry is made of the pattern ([techniques](#techniques)).",
-        Technique::kind,
-        |object: &SceneObject| object.technique().to_toml(),
-        |object, value| match Technique::from_toml(value) {
-            Some(technique) => {
-                object.set_technique(technique);
-                true
-            }
-            None => false,
-        },
-    )
-    .default("the simplest with the parameters given"),
-    key!(SceneObject, "extension", extrusion.extension: f64, "Extension e: growth of the pattern at every depth.")
-        .range(-1.0, 2.0)
-        .unit("widths")
-        .default("the technique's")
-        .slider("Extension e", -0.2, 0.3),
-    key!(SceneObject, "bevel", extrusion.bevel: f64, "Bevel b: growth of the pattern per unit of depth, down to the chamfer's end.")
-        .range(0.0, 10.0)
-        .unit("widths/depth")
-        .default("the technique's")
-        .slider("Bevel b", 0.0, 0.5),
-    key!(SceneObject, "chamfer", extrusion.chamfer: f64, "Chamfer c: part of the depth where the growth ends.")
-        .range(0.0, 1.0)
-        .unit("of the depth")
-        .default("the technique's")
-        .slider("Chamfer c", 0.0, 1.0),
-    key!(SceneObject, "terraces", extrusion.parts: u32, "Number of terraces.").range(1.0, 64.0).default("the technique's").slider("Terraces", 1.0, 16.0),
+    carving_key!(SceneObject, "technique"),
+    carving_key!(SceneObject, "extension"),
+    carving_key!(SceneObject, "bevel"),
+    carving_key!(SceneObject, "chamfer"),
+    carving_key!(SceneObject, "terraces"),
     key!(SceneObject, "error_px", budget: Option<f64>, "[Error budget](index.md#error-budgets): the planner finds the cheapest tier, tolerance, slack, steps and map that keep it. Excludes their keys, and `relief`.")
         .range(BUDGETS.0, BUDGETS.1)
         .unit("px")
@@ -297,10 +328,8 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .range(0.0, 180.0)
         .unit("°")
         .slider("Crease angle", 0.0, 180.0),
-    key!(SceneObject, "threshold", threshold: u8, "Luma below which a pixel is pattern.")
-        .range(1.0, 255.0)
-        .logarithmic_slider("Threshold", 1.0, 255.0),
-    key!(SceneObject, "invert", invert: bool, "Makes the light pixels the pattern."),
+    carving_key!(SceneObject, "threshold"),
+    carving_key!(SceneObject, "invert"),
     key!(SceneObject, "scale", scale: f64, "Uniform scale, before rotation.")
         .range(SCALES.0, SCALES.1)
         .logarithmic_slider("Scale", 0.01, 100.0),
@@ -315,26 +344,44 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .default("the object once"),
 ];
 
-/// Creates the entry of a part of an object: a colour, or the name of a material.
+/// Keys of a table `[[object.layer]]`.
+pub static LAYER: &[Key<Layer>] = &[
+    carving_key!(Layer, "shape"),
+    key!(Layer, "top", top: f64, "Depth of its caps, less than `bottom`; 0 is the surface.")
+        .range(0.0, 1.0)
+        .unit("of the depth"),
+    key!(Layer, "bottom", bottom: f64, "Depth where it ends; 1 is the floor.")
+        .range(0.0, 1.0)
+        .unit("of the depth"),
+    carving_key!(Layer, "technique"),
+    carving_key!(Layer, "extension"),
+    carving_key!(Layer, "bevel"),
+    carving_key!(Layer, "chamfer"),
+    carving_key!(Layer, "terraces"),
+    carving_key!(Layer, "threshold"),
+    carving_key!(Layer, "invert"),
+];
+
+/// Creates the entry of a part of an object or a layer: a colour, or the name of a material.
 macro_rules! part_key {
-    ($name:literal, $part:ident, $doc:literal) => {
-        Key::<SceneObject>::new(
+    ($owner:ty, $name:literal, $part:ident, $doc:literal) => {
+        Key::<$owner>::new(
             $name,
             $doc,
             || format!("{}, the name of a material, or \"@mesh\"", Color::kind()),
-            |object| match &object.finish.$part {
+            |owner| match &owner.finish.$part {
                 Some(name) => name.to_toml(),
-                None => object.material.$part.to_toml(),
+                None => owner.material.$part.to_toml(),
             },
-            |object, value| {
+            |owner, value| {
                 if let Some(color) = Color::from_toml(value) {
-                    object.material.$part = color;
-                    object.finish.$part = None;
+                    owner.material.$part = color;
+                    owner.finish.$part = None;
                     return true;
                 }
                 let name = String::from_toml(value).filter(|name| !name.starts_with('#'));
                 let is_name = name.is_some();
-                object.finish.$part = name.or(object.finish.$part.take());
+                owner.finish.$part = name.or(owner.finish.$part.take());
                 is_name
             },
         )
@@ -342,19 +389,32 @@ macro_rules! part_key {
     };
 }
 
+/// Creates the table of the parts of an object or a layer, and further entries.
+macro_rules! part_keys {
+    ($owner:ty $(, $more:expr)*) => {
+        &[
+            part_key!($owner, "cap", cap, "The mesh surface on the pattern: a colour, the name of a `[[material]]`, or `@mesh` for the materials of the mesh file ([parts](#parts))."),
+            part_key!($owner, "wall", wall, "Upright walls, likewise."),
+            part_key!($owner, "bevel", bevel, "Bevels and chamfers, likewise."),
+            part_key!($owner, "floor", floor, "The floor between the columns, likewise."),
+            $($more),*
+        ]
+    };
+}
+
 /// Keys of the table `[object.material]`.
-pub static MATERIAL: &[Key<SceneObject>] = &[
-    part_key!("cap", cap, "The mesh surface on the pattern: a colour, the name of a `[[material]]`, or `@mesh` for the materials of the mesh file ([parts](#parts))."),
-    part_key!("wall", wall, "Upright walls, likewise."),
-    part_key!("bevel", bevel, "Bevels and chamfers, likewise."),
-    part_key!("floor", floor, "The floor between the columns, likewise."),
+pub static MATERIAL: &[Key<SceneObject>] = part_keys!(
+    SceneObject,
     key!(SceneObject, "specular", material.specular: f64, "Strength of the highlight of colours, in scenes that are not lit physically.")
         .range(0.0, 1.0)
         .slider("Highlight", 0.0, 1.0),
     key!(SceneObject, "shininess", material.shininess: u32, "Exponent of the highlight of a colour.")
         .range(1.0, 127.0)
-        .logarithmic_slider("Shininess", 1.0, 127.0),
-];
+        .logarithmic_slider("Shininess", 1.0, 127.0)
+);
+
+/// Keys of the table `[object.layer.material]`.
+pub static LAYER_MATERIAL: &[Key<Layer>] = part_keys!(Layer);
 
 /// Keys of a table `[[light]]`.
 pub static LIGHTS: &[Key<LightSource>] = &[
@@ -459,6 +519,14 @@ pub static TRACK: &[Key<Track>] = &[
     key!(Track, "values", values: Vec<Vec<f64>>, "The values at these times.").required(),
     key!(Track, "interpolation", interpolation: Interpolation, "What is between two key frames: a line, a smooth curve through all of them, or the value of the earlier one."),
 ];
+
+/// Lists the techniques that `T` may have.
+fn technique_kind<T: Carving>() -> String {
+    let all = Technique::ALL
+        .into_iter()
+        .filter(|technique| T::allows(*technique));
+    one_of(all.map(|technique| format!("{:?}", technique.name())))
+}
 
 /// Tolerance and clamping exist in the accurate tier.
 fn is_accurate(object: &SceneObject) -> Result<(), &'static str> {

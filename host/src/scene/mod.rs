@@ -29,12 +29,14 @@
 
 mod animation;
 mod builder;
+mod carving;
 mod check;
 mod color;
 mod development;
 mod error;
 mod instances;
 pub mod keys;
+mod layer;
 mod lighting;
 mod model;
 mod object;
@@ -57,6 +59,7 @@ pub use error::SceneError;
 pub(crate) use instances::rotation;
 pub use instances::{Grid, Instance, Instances};
 pub use keys::{BUDGETS, FRAME_RATES, LARGEST_PICTURE_SIDE};
+pub use layer::{Layer, MOST_LAYERS};
 pub use lighting::{Environment, LightKind, LightSource};
 pub use model::{Camera, Light, Scene};
 pub use object::{Extrusion, MapOptions, Material, SceneObject};

@@ -84,7 +84,7 @@ impl Scene {
         !self.lights.is_empty()
             || self.environment.is_some()
             || !self.materials.is_empty()
-            || objects.any(|object| object.finish.is_of_mesh())
+            || objects.any(SceneObject::is_of_mesh)
     }
 
     /// Returns the paths of all files that the scene names.

@@ -1,6 +1,6 @@
 //! Objects of a scene: a mesh, a pattern, and how one is wrapped around the other.
 
-use super::{Color, Finish, Instances, Search, Shape, Tier};
+use super::{Color, Finish, Instances, Layer, Search, Shape, Tier};
 use crate::mesh::{DEFAULT_CREASE_ANGLE, MeshSource, Projection};
 use crate::shape_map::Storage;
 use relievo_shared::profile;
@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 /// Default tolerance of the accurate tier, pixels.
 const DEFAULT_TOLERANCE: f64 = 0.02;
 /// Default luma below which a pixel is pattern.
-const DEFAULT_THRESHOLD: u8 = 128;
+pub(super) const DEFAULT_THRESHOLD: u8 = 128;
 
 /// How the pattern grows with the depth (section 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -159,6 +159,8 @@ pub struct SceneObject {
     pub material: Material,
     /// Materials of the scene in place of the colours.
     pub finish: Finish,
+    /// Further patterns, at most [`MOST_LAYERS`](super::MOST_LAYERS).
+    pub layers: Vec<Layer>,
     /// Uniform scale, before rotation.
     pub scale: f64,
     /// Rotation about x, then y, then z, degrees.
@@ -200,6 +202,7 @@ impl Default for SceneObject {
             invert: false,
             material: Material::default(),
             finish: Finish::default(),
+            layers: Vec::new(),
             scale: 1.0,
             rotate: [0.0; 3],
             translate: [0.0; 3],
@@ -215,36 +218,39 @@ impl SceneObject {
     }
 
     /// Returns the key and the path of all files that the object names.
-    pub(super) fn named_files(&self) -> impl Iterator<Item = (&'static str, &Path)> {
-        let shape = match self.shape {
-            Shape::Text(_) => "shape.font",
-            _ => "shape",
-        };
-        let mesh = self.mesh.file().map(|path| ("mesh", path));
+    pub(super) fn named_files(&self) -> impl Iterator<Item = (String, &Path)> {
+        let mesh = self.mesh.file().map(|path| ("mesh".to_string(), path));
         let instances = match &self.instances {
-            Some(Instances::File(path)) => Some(("instances", path.as_path())),
+            Some(Instances::File(path)) => Some(("instances".to_string(), path.as_path())),
             _ => None,
         };
+        let shape = |prefix: String, shape| {
+            let (key, path) = Shape::named_file(shape)?;
+            Some((format!("{prefix}{key}"), path))
+        };
+        let layers = (1..).zip(&self.layers);
+        let layers =
+            layers.filter_map(move |(number, layer)| shape(layer_prefix(number), &layer.shape));
         mesh.into_iter()
-            .chain(self.shape.file().map(|path| (shape, path)))
+            .chain(shape(String::new(), &self.shape))
+            .chain(layers)
             .chain(instances)
     }
 
     /// As [`SceneObject::named_files`], for other paths to be set.
-    pub(super) fn files_mut(&mut self) -> Vec<(&'static str, &mut PathBuf)> {
+    pub(super) fn files_mut(&mut self) -> Vec<(String, &mut PathBuf)> {
         let mut files = Vec::new();
         if let MeshSource::File(path) = &mut self.mesh {
-            files.push(("mesh", path));
+            files.push(("mesh".to_string(), path));
         }
-        match &mut self.shape {
-            Shape::File(path) => files.push(("shape", path)),
-            Shape::Text(lettering) => {
-                files.extend(lettering.font.as_mut().map(|path| ("shape.font", path)))
-            }
-            Shape::Pattern(_) | Shape::Drawing(_) => {}
+        let layers = (1..).zip(&mut self.layers);
+        let layers = layers.map(|(number, layer)| (layer_prefix(number), &mut layer.shape));
+        for (prefix, shape) in std::iter::once((String::new(), &mut self.shape)).chain(layers) {
+            let file = shape.named_file_mut();
+            files.extend(file.map(|(key, path)| (format!("{prefix}{key}"), path)));
         }
         if let Some(Instances::File(path)) = &mut self.instances {
-            files.push(("instances", path));
+            files.push(("instances".to_string(), path));
         }
         files
     }
@@ -254,6 +260,21 @@ impl SceneObject {
         match self.mesh.label() {
             name if name.is_empty() => "object".to_string(),
             name => name,
+        }
+    }
+
+    /// Returns whether a surface of it or of its layers has the materials of the mesh file.
+    pub(crate) fn is_of_mesh(&self) -> bool {
+        let mut layers = self.layers.iter();
+        self.finish.is_of_mesh() || layers.any(|layer| layer.finish.is_of_mesh())
+    }
+
+    /// Returns a layer of which a file says nothing: it has the object's materials.
+    pub(super) fn default_layer(&self) -> Layer {
+        Layer {
+            material: self.material,
+            finish: self.finish.clone(),
+            ..Layer::default()
         }
     }
 
@@ -274,4 +295,9 @@ impl SceneObject {
     pub fn search_code(&self) -> u32 {
         relievo_shared::shaders::search_of(self.tier.code(), self.search == Search::Relief)
     }
+}
+
+/// Returns what precedes the keys of the layer `number`, from 1, in messages.
+pub(super) fn layer_prefix(number: usize) -> String {
+    format!("layer {number}: ")
 }

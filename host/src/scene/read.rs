@@ -1,11 +1,12 @@
 //! Reading of scene files.
 
+use super::carving::Carving;
 use super::keys::{
-    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
-    TRACK,
+    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIALS, TEXT, TRACK,
 };
+use super::object::layer_prefix;
 use super::value::one_of;
-use super::{Environment, Scene, SceneError, SceneObject, Shape, Technique};
+use super::{Environment, MOST_LAYERS, Scene, SceneError, SceneObject, Shape, Technique};
 use crate::shape_map::Lettering;
 use crate::{Files, Limits};
 use std::ops::Range;
@@ -188,7 +189,7 @@ impl Reader<'_> {
             self.keys(table, "environment.", ENVIRONMENT, &[], environment)?;
         }
         scene.materials = self.all(tables, "material", MATERIALS)?;
-        let objects = self.array(tables, "object")?;
+        let objects = self.array(tables, "", "object")?;
         if objects.is_empty() {
             return Err(SceneError::Syntax {
                 path: self.path.to_path_buf(),
@@ -214,7 +215,7 @@ impl Reader<'_> {
         keys: &'static [Key<T>],
     ) -> Result<Vec<T>, SceneError> {
         let mut all = Vec::new();
-        for (index, value) in self.array(tables, name)?.iter().enumerate() {
+        for (index, value) in self.array(tables, "", name)?.iter().enumerate() {
             let name = format!("{name} {}", index + 1);
             let table = self.table(&name, value)?;
             let prefix = format!("{name}: ");
@@ -244,18 +245,23 @@ impl Reader<'_> {
         }
     }
 
-    /// Returns the tables of the array `name`; none if it is missing.
+    /// Returns the tables of the array `header`, of which `tables` has the last part; none if it
+    /// is missing.
     fn array<'t, 'i>(
         &mut self,
         tables: &'t DeTable<'i>,
-        name: &str,
+        prefix: &str,
+        header: &str,
     ) -> Result<&'t [Spanned<DeValue<'i>>], SceneError> {
+        let name = header.rsplit('.').next().unwrap_or(header);
         match tables.get(name).map(|value| (value, value.get_ref())) {
             None => Ok(&[]),
             Some((_, DeValue::Array(elements))) => Ok(elements),
             Some((value, _)) => {
-                self.places.push((name.to_string(), value.span()));
-                Err(self.wrong(name, format!("is not an array of tables; write [[{name}]]")))
+                let key = format!("{prefix}{name}");
+                self.places.push((key.clone(), value.span()));
+                let problem = format!("is not an array of tables; write [[{header}]]");
+                Err(self.wrong(&key, problem))
             }
         }
     }
@@ -263,18 +269,38 @@ impl Reader<'_> {
     fn object(&mut self, table: &DeTable<'_>, name: &str) -> Result<SceneObject, SceneError> {
         let prefix = format!("{name}: ");
         let mut object = SceneObject::default();
-        let names: Vec<&str> = OBJECT
-            .iter()
-            .map(|key| key.name)
-            .chain(["material"])
-            .collect();
-        self.only(table, &prefix, &names)?;
-        self.require(table, &prefix, OBJECT, "\"…\"")?;
+        self.carving(table, &prefix, &["material", "layer"], &mut object)?;
+        if table.get("name").is_none() {
+            object.name = object.default_name();
+        }
+        let layers = self.array(table, &prefix, "object.layer")?;
+        // One more than allowed is enough for the check to find it.
+        for (number, value) in (1..).zip(layers.iter().take(MOST_LAYERS + 1)) {
+            let table = self.table(&format!("{prefix}layer {number}"), value)?;
+            let prefix = format!("{prefix}{}", layer_prefix(number));
+            let mut layer = object.default_layer();
+            self.carving(table, &prefix, &["material"], &mut layer)?;
+            object.layers.push(layer);
+        }
+        Ok(object)
+    }
+
+    /// Sets the fields of an object or a layer; `tables` are the names of its tables.
+    fn carving<T: Carving>(
+        &mut self,
+        table: &DeTable<'_>,
+        prefix: &str,
+        tables: &[&'static str],
+        owner: &mut T,
+    ) -> Result<(), SceneError> {
+        let keys = T::keys();
+        let names = keys.iter().map(|key| key.name);
+        let names: Vec<&str> = names.chain(tables.iter().copied()).collect();
+        self.only(table, prefix, &names)?;
+        self.require(table, prefix, keys, "\"…\"")?;
         let given = |name: &str| table.get(name).is_some();
-        let parameters: Vec<&str> = OBJECT.iter().map(|key| key.name).collect();
-        let parameters = parameters
-            .into_iter()
-            .filter(|name| Technique::is_parameter(name));
+        let parameters = keys.iter().map(|key| key.name);
+        let parameters = parameters.filter(|name| Technique::is_parameter(name));
         let parameters: Vec<&str> = parameters.filter(|name| given(name)).collect();
         let Some(technique) = Technique::with_parameters(&parameters) else {
             let problem = format!(
@@ -283,34 +309,27 @@ impl Reader<'_> {
             );
             return Err(self.wrong(&format!("{prefix}{}", parameters[0]), problem));
         };
-        object.set_technique(technique);
+        owner.carve_by(technique);
 
         // A nested table has keys of its own.
         let shape = table
             .get("shape")
             .and_then(|value| Some((value.span(), value.get_ref().as_table()?)));
-        let material = table.get("material");
-        let nested: &[&str] = if shape.is_some() {
-            &["material", "shape"]
-        } else {
-            &["material"]
-        };
-        self.keys(table, &prefix, OBJECT, nested, &mut object)?;
+        let mut nested = tables.to_vec();
+        nested.extend(shape.is_some().then_some("shape"));
+        self.keys(table, prefix, keys, &nested, owner)?;
         if let Some((span, table)) = shape {
             self.places.push((format!("{prefix}shape"), span));
-            object.shape = self.shape(table, &format!("{prefix}shape."))?;
+            owner.set_shape(self.shape(table, &format!("{prefix}shape."))?);
         }
-        if let Some(value) = material {
+        if let Some(value) = table.get("material") {
             let table = self.table(&format!("{prefix}material"), value)?;
             let prefix = format!("{prefix}material.");
-            self.keys(table, &prefix, MATERIAL, &[], &mut object)?;
+            self.keys(table, &prefix, T::material_keys(), &[], owner)?;
         }
 
-        if !given("name") {
-            object.name = object.default_name();
-        }
         if given("error_px")
-            && let Some(key) = OBJECT.iter().find(|key| key.is_planned && given(key.name))
+            && let Some(key) = keys.iter().find(|key| key.is_planned && given(key.name))
         {
             let problem = format!(
                 "decides {}, which is given too; leave one of them out",
@@ -332,7 +351,7 @@ impl Reader<'_> {
             if technique.is_some_and(|technique| !technique.has(name)) {
                 let with = Technique::ALL
                     .into_iter()
-                    .filter(|technique| technique.has(name));
+                    .filter(|technique| technique.has(name) && T::allows(*technique));
                 let problem = format!(
                     "has no meaning for this technique; write technique = {}",
                     one_of(with.map(|technique| format!("{:?}", technique.name())))
@@ -340,13 +359,13 @@ impl Reader<'_> {
                 return Err(self.wrong(&format!("{prefix}{name}"), problem));
             }
         }
-        for key in OBJECT.iter().filter(|key| given(key.name)) {
-            if let Err(problem) = key.applies(&object) {
+        for key in keys.iter().filter(|key| given(key.name)) {
+            if let Err(problem) = key.applies(owner) {
                 let key = format!("{prefix}{}", key.name);
                 return Err(self.wrong(&key, problem.to_string()));
             }
         }
-        Ok(object)
+        Ok(())
     }
 
     /// Reads the table of a text or a drawing.
@@ -463,7 +482,9 @@ impl Reader<'_> {
                 .find(|(known, _)| is_it(known))
                 .map(|(_, place)| place)
         };
-        let around = key.rsplit_once('.').map_or(key, |(around, _)| around);
+        let around = key
+            .rsplit_once(['.', ':'])
+            .map_or(key, |(around, _)| around);
         let place = find(&|known| known == key && is_key(known))
             .or_else(|| find(&|known| known == around && is_key(known)))
             .or_else(|| find(&|known| table(known) == table(key) && is_key(known)))

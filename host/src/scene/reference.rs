@@ -1,11 +1,11 @@
 //! The reference page of scene files, docs/scene.md.
 
 use super::keys::{
-    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
-    TRACK, bound,
+    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LAYER, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT,
+    TEXT, TRACK, bound,
 };
 use super::{
-    Environment, LightSource, PhysicalMaterial, Scene, SceneObject, Shape, Technique, Track,
+    Environment, Layer, LightSource, PhysicalMaterial, Scene, SceneObject, Shape, Technique, Track,
 };
 use crate::shape_map::Lettering;
 use std::fmt::Write;
@@ -86,6 +86,14 @@ pub fn page() -> String {
         MATERIAL,
         &object,
     );
+    page.push_str(LAYERS);
+    table(
+        &mut page,
+        "[[object.layer]]",
+        "A further pattern of the object above.",
+        LAYER,
+        &Layer::default(),
+    );
     let text = "A text as pattern, such as `shape = { text = \"ABC\", margin = 0.1 }`.";
     table(&mut page, "shape", text, TEXT, &Lettering::new(""));
     let drawing = "A drawing as pattern, in the scene file itself.";
@@ -164,6 +172,32 @@ shape = \"rings.svg\"
 ```
 
 A part is carved as if the rest of the mesh were not there: where it ends, so does its carving.
+";
+
+const LAYERS: &str = "
+## Layers
+
+An object may carry further patterns, at most 7. Each has its own part of the depth, its own technique
+and its own material; the first hit of a ray among all of them is seen. Here the caps of frames are at
+40 % of the depth:
+
+```toml
+[[object]]
+mesh = \"facade.obj\"
+shape = \"wall.svg\"
+depth = 0.1
+
+[[object.layer]]
+shape = \"frames.svg\"
+top = 0.4
+bevel = 0.01
+material = { cap = \"#ffffff\", wall = \"#c0c0c0\" }
+```
+
+`[object.layer.material]` has the keys `cap`, `wall`, `bevel` and `floor` of `[object.material]`. Those that a
+layer leaves out are as in the object's table; `raster`, `repeat`, the keys of the map and the gloss are
+the object's. `bevel` and `chamfer` are measured in the layer's part of the depth. Layers need the tiers
+`planar`, `fast` or `accurate`, and no `relief`. Tracks do not change them.
 ";
 
 const ANIMATION: &str = "

@@ -31,9 +31,23 @@ impl Shape {
 
     /// Returns the path of the file that it names, if any: the pattern's or the font's.
     pub fn file(&self) -> Option<&Path> {
+        self.named_file().map(|(_, path)| path)
+    }
+
+    /// Returns the key and the path of the file that it names, if any.
+    pub(super) fn named_file(&self) -> Option<(&'static str, &Path)> {
         match self {
-            Shape::File(path) => Some(path),
-            Shape::Text(lettering) => lettering.font.as_deref(),
+            Shape::File(path) => Some(("shape", path)),
+            Shape::Text(lettering) => Some(("shape.font", lettering.font.as_deref()?)),
+            Shape::Pattern(_) | Shape::Drawing(_) => None,
+        }
+    }
+
+    /// As [`Shape::named_file`], for another path to be set.
+    pub(super) fn named_file_mut(&mut self) -> Option<(&'static str, &mut PathBuf)> {
+        match self {
+            Shape::File(path) => Some(("shape", path)),
+            Shape::Text(lettering) => Some(("shape.font", lettering.font.as_mut()?)),
             Shape::Pattern(_) | Shape::Drawing(_) => None,
         }
     }

@@ -1,7 +1,7 @@
 //! Techniques: the ways to make geometry of a pattern. Their list is in
 //! `relievo_shared::techniques`.
 
-use super::{Extrusion, SceneObject, Search};
+use super::{Extrusion, Layer, SceneObject, Search};
 use relievo_shared::for_each_technique;
 use relievo_shared::techniques::{TECHNIQUES, TechniqueRow};
 
@@ -80,6 +80,13 @@ impl Technique {
         all.find(|technique| given.iter().all(|name| technique.has(name)))
     }
 
+    /// Returns the technique with the fewest parameters that draws `extrusion`.
+    fn of(search: Search, extrusion: &Extrusion) -> Technique {
+        let mut all = Technique::ALL.into_iter();
+        all.find(|technique| technique.draws(search, extrusion))
+            .unwrap_or(Technique::Relief)
+    }
+
     /// Returns whether it draws objects with `search` and `extrusion`.
     fn draws(self, search: Search, extrusion: &Extrusion) -> bool {
         let Extrusion {
@@ -100,9 +107,7 @@ impl Technique {
 impl SceneObject {
     /// Returns the technique with the fewest parameters that draws the object.
     pub fn technique(&self) -> Technique {
-        let mut all = Technique::ALL.into_iter();
-        all.find(|technique| technique.draws(self.search, &self.extrusion))
-            .unwrap_or(Technique::Relief)
+        Technique::of(self.search, &self.extrusion)
     }
 
     /// Sets the search, and parameters and effort to the technique's defaults.
@@ -110,5 +115,18 @@ impl SceneObject {
         self.extrusion = technique.default_extrusion();
         self.search = technique.search();
         self.set_default_effort();
+    }
+}
+
+impl Layer {
+    /// Returns the technique with the fewest parameters that draws the layer.
+    pub fn technique(&self) -> Technique {
+        Technique::of(Search::Extrusion, &self.extrusion)
+    }
+
+    /// Sets the parameters to the technique's defaults. Relief mapping, which has no layers,
+    /// gives upright walls.
+    pub fn set_technique(&mut self, technique: Technique) {
+        self.extrusion = technique.default_extrusion();
     }
 }

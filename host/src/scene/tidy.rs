@@ -8,13 +8,15 @@ use relievo_shared::profile;
 
 impl SceneObject {
     /// Resets what another tier or search was set for: parameters that have no
-    /// meaning for the new one, and the effort, get their defaults.
+    /// meaning for the new one, and the effort, get their defaults; layers that it does not
+    /// draw are removed.
     pub fn tidy(&mut self) {
         if self.search == Search::Relief {
             self.tier = Tier::Fast;
         }
         if self.search == Search::Relief || self.tier == Tier::Paper {
             self.extrusion.profile = profile::STRAIGHT;
+            self.layers.clear();
         }
         if self.tier == Tier::Paper {
             self.extrusion.extension = self.extrusion.extension.max(0.0);

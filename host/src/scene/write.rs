@@ -1,8 +1,8 @@
 //! Writing of scene files.
 
+use super::carving::Carving;
 use super::keys::{
-    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT, TEXT,
-    TRACK,
+    CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIALS, TEXT, TRACK,
 };
 use super::{Scene, SceneObject, Shape, Technique};
 use crate::files::{normal, relative};
@@ -115,12 +115,27 @@ fn write_object(text: &mut String, object: &SceneObject) {
         bisections,
         ..SceneObject::default()
     };
-    let technique = object.technique();
-    let values = OBJECT.iter().map(|key| {
-        let value = match (key.name, &object.shape) {
-            _ if key.applies(object).is_err() || (key.is_planned && object.budget.is_some()) => {
-                None
-            }
+    let headers = ["[[object]]", "[object.material]"];
+    carving(text, headers, object, &default, object.budget.is_some());
+    let default = object.default_layer();
+    let headers = ["[[object.layer]]", "[object.layer.material]"];
+    for layer in &object.layers {
+        carving(text, headers, layer, &default, false);
+    }
+}
+
+/// Appends the tables of an object or a layer. What a plan chooses is left out.
+fn carving<T: Carving>(
+    text: &mut String,
+    [header, material_header]: [&str; 2],
+    owner: &T,
+    default: &T,
+    has_plan: bool,
+) {
+    let technique = owner.carved_by();
+    let values = T::keys().iter().map(|key| {
+        let value = match (key.name, owner.shape()) {
+            _ if key.applies(owner).is_err() || (key.is_planned && has_plan) => None,
             ("shape", Shape::Text(lettering)) => {
                 Some(written(TEXT, lettering, &Lettering::new("")))
             }
@@ -129,16 +144,16 @@ fn write_object(text: &mut String, object: &SceneObject) {
             }
             // Their defaults depend on the technique.
             (parameter, _) if Technique::is_parameter(parameter) => {
-                key.get(object).filter(|_| technique.has(parameter))
+                key.get(owner).filter(|_| technique.has(parameter))
             }
-            _ => changed(key, object, &default),
+            _ => changed(key, owner, default),
         };
         (key.name, value)
     });
-    table(text, "[[object]]", values);
-    let values = MATERIAL.iter();
-    let values = values.map(|key| (key.name, changed(key, object, &default)));
-    table(text, "[object.material]", values);
+    table(text, header, values);
+    let values = T::material_keys().iter();
+    let values = values.map(|key| (key.name, changed(key, owner, default)));
+    table(text, material_header, values);
 }
 
 /// Returns the table of the values of `keys`.

@@ -1,6 +1,8 @@
 //! Mistakes in scene files are reported with line and key.
 
-use crate::scene::{Extrusion, Lettering, Scene, Shape};
+use crate::scene::{
+    Color, Extrusion, Layer, Lettering, Scene, SceneObject, Search, Shape, Technique, Tier,
+};
 use std::path::Path;
 
 const SHORT: &str = "[[object]]\nmesh = \"torus.obj\"\nshape = \"letters.png\"\n";
@@ -387,4 +389,187 @@ fn lights_and_materials_change_with_time() {
         let error = track(key).unwrap_err();
         assert!(error.contains(expected), "{error}");
     }
+}
+
+const LAYERED: &str = "[[material]]
+name = 'oak'
+[[object]]
+mesh = 'a.obj'
+shape = 'b.svg'
+material = { cap = 'oak', wall = '#102030' }
+[[object.layer]]
+shape = 'c.svg'
+[[object.layer]]
+shape = { text = 'A', font = 'd.ttf' }
+top = 0.25
+bottom = 0.75
+bevel = 0.125
+threshold = 64
+invert = true
+material = { cap = '#ffffff', floor = 'oak' }
+";
+
+#[test]
+fn layers_have_the_materials_of_their_object_where_they_name_none() {
+    let path = Path::new("folder/a.toml");
+    let scene = Scene::parse(LAYERED, path).unwrap();
+    let object = &scene.objects[0];
+    let [first, second] = &object.layers[..] else {
+        panic!("two layers");
+    };
+    let plain = Layer {
+        material: object.material,
+        finish: object.finish.clone(),
+        ..Layer::new("folder/c.svg")
+    };
+    assert_eq!(*first, plain);
+    assert_eq!((first.top, first.bottom), (0.0, 1.0));
+    assert_eq!(first.technique(), Technique::Basic);
+
+    assert_eq!((second.top, second.bottom), (0.25, 0.75));
+    assert_eq!((second.threshold, second.invert), (64, true));
+    assert_eq!(second.technique(), Technique::Beveled);
+    assert_eq!(second.extrusion.bevel, 0.125);
+    assert_eq!(second.material.cap, Color([1.0; 3]));
+    assert_eq!(second.material.wall, Color::from_hex(0x102030));
+    assert_eq!(
+        second.finish.names().collect::<Vec<_>>(),
+        [("floor", "oak")]
+    );
+
+    let files = ["a.obj", "b.svg", "c.svg", "d.ttf"].map(|name| Path::new("folder").join(name));
+    assert_eq!(scene.named_files(), files);
+    assert!(object.files().eq(&files));
+    let again = Scene::parse(&scene.to_toml(Path::new("folder")), path).unwrap();
+    assert_eq!(again.objects, scene.objects);
+}
+
+#[test]
+fn layers_of_the_mesh_files_materials_are_lit_physically() {
+    let layer = |cap: &str| {
+        let text = format!("{SHORT}[[object.layer]]\nshape = 'c'\nmaterial.cap = '{cap}'\n");
+        parse_scene(&text).unwrap()
+    };
+    assert!(layer("@mesh").is_physical());
+    assert!(!layer("#ffffff").is_physical());
+}
+
+#[test]
+fn mistakes_in_layers_are_told_with_line_and_key() {
+    for (from, to, expected) in [
+        (
+            "top = 0.25",
+            "top = 0.75",
+            "a.toml, line 11, column 7: object 1: layer 2: top is 0.75, which is not less than bottom, 0.75; make it less",
+        ),
+        (
+            "top = 0.25\nbottom = 0.75",
+            "bottom = 0",
+            "line 9, column 1: object 1: layer 2: top is 0, which is not less than bottom, 0",
+        ),
+        (
+            "top = 0.25",
+            "top = nan",
+            "object 1: layer 2: top is nan; it goes from 0 to 1 of the depth",
+        ),
+        (
+            "bevel = 0.125",
+            "technique = 'relief'",
+            "line 13, column 13: object 1: layer 2: technique is \"relief\"; expected \"basic\", \"outward\", \"beveled\", \"chamfered\", \"rounded\" or \"stepped\"",
+        ),
+        (
+            "bevel = 0.125",
+            "technique = 'basic'\nextension = 0.1",
+            "object 1: layer 2: extension has no meaning for this technique; write technique = \"outward\", \"beveled\", \"chamfered\", \"rounded\" or \"stepped\"",
+        ),
+        (
+            "mesh = 'a.obj'",
+            "mesh = 'a.obj'\ntechnique = 'relief'",
+            "line 5, column 13: object 1: technique draws no layers; use another technique",
+        ),
+        (
+            "mesh = 'a.obj'",
+            "mesh = 'a.obj'\ntier = 'paper'",
+            "line 5, column 8: object 1: tier draws no layers; layers need the tiers planar, fast or accurate",
+        ),
+        (
+            "floor = 'oak'",
+            "floor = 'elm'",
+            "object 1: layer 2: material.floor is \"elm\", which is neither a colour nor a material; the materials are oak",
+        ),
+        (
+            "floor = 'oak'",
+            "shininess = 3",
+            "object 1: layer 2: material.shininess is not a key; the keys here are cap, wall, bevel, floor",
+        ),
+        (
+            "'c.svg'",
+            "''",
+            "line 8, column 9: object 1: layer 1: shape is empty; name a file",
+        ),
+        (
+            "text = 'A'",
+            "text = ' '",
+            "object 1: layer 2: shape.text has no letters",
+        ),
+        (
+            "shape = 'c.svg'",
+            "",
+            "object 1: layer 1: shape is missing; add a line shape = ",
+        ),
+        (
+            "top = 0.25",
+            "repeat = [2, 2]",
+            "object 1: layer 2: repeat is not a key",
+        ),
+        (
+            "[[object.layer]]\nshape = 'c.svg'\n[[object.layer]]",
+            "[object.layer]",
+            "object 1: layer is not an array of tables; write [[object.layer]]",
+        ),
+    ] {
+        let text = LAYERED.replacen(from, to, 1);
+        assert_ne!(text, LAYERED);
+        let error = Scene::parse(&text, Path::new("a.toml")).unwrap_err();
+        let found = error.to_string();
+        assert!(found.contains(expected), "{found}");
+    }
+    let many = format!("{SHORT}{}", "[[object.layer]]\nshape = 'c'\n".repeat(9));
+    let error = parse_scene(&many).unwrap_err();
+    let expected =
+        "line 18, column 1: object 1: layer 8 is one too many; an object has at most 7 layers";
+    assert!(error.contains(expected), "{error}");
+}
+
+#[test]
+fn layers_made_in_code_are_checked() {
+    let check = |object: SceneObject| {
+        let error = Scene::default().object(object).check().unwrap_err();
+        error.to_string()
+    };
+    let object = || SceneObject::new("a", "b").with_layer(Layer::new("c"));
+    for (object, expected) in [
+        (
+            object().with_layer(Layer::new("d").top(0.5).bottom(0.25)),
+            "scene: object 1: layer 2: top is 0.5, which is not less than bottom, 0.25",
+        ),
+        (object().tier(Tier::Paper), "object 1: tier draws no layers"),
+        (
+            object().with_technique(Technique::Relief),
+            "object 1: technique draws no layers",
+        ),
+        (
+            (0..7).fold(object(), |object, _| object.with_layer(Layer::new("c"))),
+            "object 1: layer 8 is one too many",
+        ),
+    ] {
+        let found = check(object);
+        assert!(found.contains(expected), "{found}");
+    }
+    let mut relief = object().with_technique(Technique::Relief);
+    relief.tidy();
+    assert_eq!((relief.search, relief.layers.len()), (Search::Relief, 0));
+    let mut planar = object().tier(Tier::Planar);
+    planar.tidy();
+    assert_eq!(planar.layers.len(), 1);
 }

@@ -4,8 +4,8 @@ use crate::Files;
 use crate::mesh::{MeshSource, Projection};
 use crate::prepare::tests::words;
 use crate::scene::{
-    Camera, Color, Extrusion, Lettering, Light, MapOptions, Material, Scene, SceneObject, Search,
-    Shape, Tier,
+    Camera, Color, Extrusion, Finish, Layer, Lettering, Light, MapOptions, Material, Scene,
+    SceneObject, Search, Shape, Technique, Tier,
 };
 use crate::shape_map::Storage;
 use proptest::prelude::*;
@@ -74,6 +74,53 @@ fn shape() -> impl Strategy<Value = Shape> {
         (text, prop::option::of(path()), number(0.0, 10.0))
             .prop_map(|(text, font, margin)| Shape::Text(Lettering { text, font, margin }))
     ]
+}
+
+/// A layer, but for its gloss.
+fn layer() -> impl Strategy<Value = Layer> {
+    let pattern = (shape(), 1..=255_u8, any::<bool>());
+    let part = prop::sample::subsequence(vec![0.0, 0.1, 0.5, 1.0], 2);
+    let technique = prop::sample::select(&Technique::ALL[..Technique::ALL.len() - 1]);
+    let growth = (technique, number(-1.0, 2.0), number(0.0, 1.0), 1..=64_u32);
+    let colors = prop::array::uniform4(color());
+    let of_mesh = any::<bool>();
+    (pattern, part, growth, colors, of_mesh).prop_map(|(pattern, part, growth, colors, of_mesh)| {
+        let (shape, threshold, invert) = pattern;
+        let (technique, extension, chamfer, parts) = growth;
+        let mut layer = Layer {
+            threshold,
+            invert,
+            ..Layer::new(shape).with_technique(technique)
+        };
+        (layer.top, layer.bottom) = (part[0], part[1]);
+        let extrusion = &mut layer.extrusion;
+        for (name, value, field) in [
+            ("extension", extension, &mut extrusion.extension),
+            ("chamfer", chamfer, &mut extrusion.chamfer),
+        ] {
+            if technique.has(name) {
+                *field = value;
+            }
+        }
+        if technique.has("terraces") {
+            extrusion.parts = parts;
+        }
+        let [cap, wall, bevel, floor] = colors;
+        layer.material = Material {
+            cap,
+            wall,
+            bevel,
+            floor,
+            ..layer.material
+        };
+        if of_mesh {
+            layer.finish = Finish {
+                floor: Some(Finish::OF_MESH.to_string()),
+                ..Finish::default()
+            };
+        }
+        layer
+    })
 }
 
 /// How the object is searched: all that depends on each other.
@@ -171,8 +218,9 @@ fn object() -> impl Strategy<Value = SceneObject> {
         number(0.0, 1.0),
         1..=127_u32,
     );
-    (searched(), names, placed, pattern, material).prop_map(
-        |(searched, (name, mesh, shape), placed, pattern, material)| {
+    let layers = prop::collection::vec(layer(), 0..3);
+    (searched(), names, placed, pattern, material, layers).prop_map(
+        |(searched, (name, mesh, shape), placed, pattern, material, mut layers)| {
             let (repeat, depth, scale, rotate, translate) = placed;
             let (
                 raster,
@@ -183,6 +231,16 @@ fn object() -> impl Strategy<Value = SceneObject> {
             ) = pattern;
             let ([cap, wall, bevel, floor], specular, shininess) = material;
             let mesh = MeshSource::File(mesh);
+            if searched.search == Search::Relief || searched.tier == Tier::Paper {
+                layers.clear();
+            }
+            for layer in &mut layers {
+                (layer.material.specular, layer.material.shininess) = (specular, shininess);
+                // A colour is not written where a name takes its place.
+                if layer.finish.floor.is_some() {
+                    layer.material.floor = floor;
+                }
+            }
             SceneObject {
                 name: name.unwrap_or_else(|| mesh.label()),
                 mesh,
@@ -208,6 +266,7 @@ fn object() -> impl Strategy<Value = SceneObject> {
                     specular,
                     shininess,
                 },
+                layers,
                 ..searched
             }
         },
