@@ -29,7 +29,7 @@ use crate::render::gpu::{Memory, Module, Pass, Pictures, Shaders};
 use crate::shaders::{EntryPoints, Extent};
 use relievo_shaders::Compiled;
 use relievo_shared::layout::{
-    FORMAT_CODES, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,
+    FORMAT_CODES, Object, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, TIER_PLANAR,
 };
 use relievo_shared::profile::{self, grows};
 use std::collections::BTreeSet;
@@ -238,6 +238,11 @@ fn features(object: &PreparedObject, earlier: &[PreparedObject], copies: usize) 
         is_in,
         why: if is_in { why } else { why_not }.to_string(),
     };
+    let layers = &object.layers;
+    let any_layer = |is_so: fn(&Object) -> bool| match layers.is_empty() {
+        true => is_so(parameters),
+        false => layers.iter().any(|layer| is_so(&layer.parameters)),
+    };
     let is_planar = parameters.tier == TIER_PLANAR;
     let search = match parameters.search {
         SEARCH_RELIEF => "equal steps: technique = \"relief\"",
@@ -276,16 +281,24 @@ fn features(object: &PreparedObject, earlier: &[PreparedObject], copies: usize) 
         ),
         feature(
             "growth with depth",
-            grows(parameters),
+            any_layer(grows),
             "bevel is not 0",
             "no bevel, no chamfer",
         ),
         feature(
             "profiles other than straight",
-            parameters.profile != profile::STRAIGHT,
+            any_layer(|parameters| parameters.profile != profile::STRAIGHT),
             "technique",
             "the technique has a straight profile",
         ),
+        Feature {
+            name: "layers",
+            is_in: !layers.is_empty(),
+            why: match layers.len() {
+                0 => "no [[object.layer]]".to_string(),
+                count => format!("{count} patterns, each read at each step"),
+            },
+        },
         feature(
             "self-shadows",
             parameters.self_shadow != 0,

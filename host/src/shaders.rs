@@ -1,7 +1,7 @@
 //! The compiled shaders: their files, and the entry points that draw an object.
 
 use crate::prepare::PreparedObject;
-use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, facts};
+use relievo_shared::facts::{CODES, CURVED, LAYERED, PLANAR, STRAIGHT, UPRIGHT, facts};
 use relievo_shared::layout::{
     Object, PlanarTriangle, PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS,
     SEARCH_RELIEF, Triangle,
@@ -26,7 +26,7 @@ macro_rules! renderer {
         $($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
-        special { $($facts:expr => $special:ident over $special_facet:ident
+        special { $($facts:expr => $special:ident over $special_facet:ident $(through $words:ident)?
             draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
         files!($folder: place outlines outlines_planar outlines_prisms outlines_exits exits
             screen shade mean shade_edges
@@ -42,7 +42,7 @@ macro_rules! hits {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
-        special { $($facts:expr => $special:ident over $special_facet:ident
+        special { $($facts:expr => $special:ident over $special_facet:ident $(through $words:ident)?
             draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
         files!("relievo_fast": $($hit $($special_hit)*)*)
     };
@@ -179,7 +179,7 @@ macro_rules! special {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
-        special { $($facts:expr => $special:ident over $special_facet:ident
+        special { $($facts:expr => $special:ident over $special_facet:ident $(through $words:ident)?
             draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
         &[$(
             $(Special {
@@ -214,9 +214,11 @@ impl EntryPoints {
     /// Returns the shaders for an object with these parameters.
     pub fn of(object: &Object, extent: Extent) -> EntryPoints {
         let facts = facts(object);
-        let mut all = SPECIAL
-            .iter()
-            .filter(|special| special.search == object.search && special.facts & !facts == 0);
+        let mut all = SPECIAL.iter().filter(|special| {
+            special.search == object.search
+                && special.facts & !facts == 0
+                && special.facts & LAYERED == facts & LAYERED
+        });
         let special = match extent {
             Extent::Needed => all.next(),
             Extent::Everything => all.next_back(),

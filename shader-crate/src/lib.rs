@@ -20,10 +20,11 @@
 #![allow(clippy::too_many_arguments)]
 
 use relievo_shared::exit::{self, Exit, KnownExit};
-use relievo_shared::facts::{CODES, CURVED, PLANAR, STRAIGHT, UPRIGHT, known};
+use relievo_shared::facts::{CODES, CURVED, LAYERED, PLANAR, STRAIGHT, UPRIGHT, known};
 use relievo_shared::gbuffer::Hits;
 #[cfg(not(feature = "corrected"))]
 use relievo_shared::intersection::{Camera, intersect};
+use relievo_shared::layers::Stacked;
 use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
 use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
@@ -270,10 +271,10 @@ pub fn exits(
 
 /// Traces this pixel's ray over one facet, or discards the pixel.
 #[inline]
-fn find<M: Model<Over>, Over>(
+fn find<M: Model<Over>, Over, T: Texels>(
     ray: &Ray,
     over: &Over,
-    texels: &TexelBuffer,
+    texels: &T,
     exits: &ExitPicture,
     pixel: UVec2,
 ) -> (M::Entry, Traced<M::Place>) {
@@ -303,7 +304,7 @@ fn find<M: Model<Over>, Over>(
 /// Defines an entry point that writes [`trace::color_words`], with self-shadows if `$shadow`.
 /// If `$facts` are given, it draws only objects for which they hold.
 macro_rules! color_entry_point {
-    ($name:ident, $model:ident, $facet:ident, $shadow:literal $(, $facts:expr)?) => {
+    ($name:ident, $model:ident, $facet:ident, $shadow:literal $(, $facts:expr $(, $words:ident)?)?) => {
         #[doc = "Writes linear RGB as the bits of three f32, and the class."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
@@ -319,6 +320,7 @@ macro_rules! color_entry_point {
             color: &mut UVec4,
         ) {
             let texels = TexelBuffer(words);
+            $($(let texels = $words(texels);)?)?
             let given = object;
             $(let object = &known::<{ $facts }>(given);)?
             let (frame, facet) = locate(frames, object, index, has_copies);
@@ -326,7 +328,7 @@ macro_rules! color_entry_point {
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
-            let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
+            let (entry, traced) = find::<$model, _, _>(&ray, &over, &texels, exits, pixel);
             // Read again: what only shading needs takes no register during the search.
             let object = given;
             $(let object = &known::<{ $facts }>(object);)?
@@ -341,7 +343,7 @@ macro_rules! color_entry_point {
 /// Defines an entry point that writes [`trace::geometry_words`]. If `$facts` are given, it
 /// draws only objects for which they hold.
 macro_rules! geometry_entry_point {
-    ($name:ident, $model:ident, $facet:ident $(, $facts:expr)?) => {
+    ($name:ident, $model:ident, $facet:ident $(, $facts:expr $(, $words:ident)?)?) => {
         #[doc = "Writes (t, u, v, δ) and (class and steps, N), as bits."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
@@ -358,13 +360,14 @@ macro_rules! geometry_entry_point {
             surface: &mut UVec4,
         ) {
             let texels = TexelBuffer(words);
+            $($(let texels = $words(texels);)?)?
             $(let object = &known::<{ $facts }>(object);)?
             let (frame, facet) = locate(frames, object, index, has_copies);
             let over = $facet::over(facets, facet);
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
-            let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
+            let (entry, traced) = find::<$model, _, _>(&ray, &over, &texels, exits, pixel);
             let normals = trace::normals::<$model, _, _>(&ray, &over, &texels, &entry, &traced);
             (*place, *surface) = trace::geometry_words(frame, &traced.hit, normals.carved);
             *depth = traced.hit.depth;
@@ -375,7 +378,7 @@ macro_rules! geometry_entry_point {
 /// Defines an entry point that writes [`gbuffer::words`]. If `$facts` are given, it draws only
 /// objects for which they hold.
 macro_rules! surface_entry_point {
-    ($name:ident, $model:ident, $facet:ident $(, $facts:expr)?) => {
+    ($name:ident, $model:ident, $facet:ident $(, $facts:expr $(, $words:ident)?)?) => {
         #[doc = "Writes the G-buffer."]
         #[spirv(fragment(depth_replacing))]
         pub fn $name(
@@ -392,6 +395,7 @@ macro_rules! surface_entry_point {
             surface: &mut UVec4,
         ) {
             let texels = TexelBuffer(words);
+            $($(let texels = $words(texels);)?)?
             let given = object;
             $(let object = &known::<{ $facts }>(given);)?
             let (frame, facet) = locate(frames, object, index, has_copies);
@@ -399,7 +403,7 @@ macro_rules! surface_entry_point {
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
-            let (entry, traced) = find::<$model, _>(&ray, &over, &texels, exits, pixel);
+            let (entry, traced) = find::<$model, _, _>(&ray, &over, &texels, exits, pixel);
             // Read again, as for colours.
             let object = given;
             $(let object = &known::<{ $facts }>(object);)?
@@ -414,7 +418,7 @@ macro_rules! surface_entry_point {
 /// Defines an entry point that exports turn into a function: locations are its arguments, and the
 /// fields of its result. If `$facts` are given, it knows only objects for which they hold.
 macro_rules! hit_entry_point {
-    ($name:ident, $model:ident, $facet:ident $(, $facts:expr)?) => {
+    ($name:ident, $model:ident, $facet:ident $(, $facts:expr $(, $words:ident)?)?) => {
         #[cfg(not(feature = "corrected"))]
         #[doc = "Finds what a ray hits over a facet."]
         #[spirv(fragment)]
@@ -440,6 +444,7 @@ macro_rules! hit_entry_point {
             depth_fraction: &mut f32,
         ) {
             let texels = TexelBuffer(words);
+            $($(let texels = $words(texels);)?)?
             $(let object = &known::<{ $facts }>(object);)?
             let over = $facet::over(facets, facet);
             let frame = &Camera { forward, right, down, near }.frame(origin);
@@ -463,7 +468,7 @@ macro_rules! fragment_entry_points {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
-        special { $($facts:expr => $special:ident over $special_facet:ident
+        special { $($facts:expr => $special:ident over $special_facet:ident $(through $words:ident)?
             draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {$(
         color_entry_point!($color, $model, $facet, false $(, $given)?);
         color_entry_point!($shadow, $model, $facet, true $(, $given)?);
@@ -472,11 +477,11 @@ macro_rules! fragment_entry_points {
         hit_entry_point!($hit, $model, $facet $(, $given)?);
         $(
             // The object is copied to registers; the compiler removes unused fields.
-            color_entry_point!($special_color, $special, $special_facet, false, $facts);
-            color_entry_point!($special_shadow, $special, $special_facet, true, $facts);
-            geometry_entry_point!($special_geometry, $special, $special_facet, $facts);
-            surface_entry_point!($special_surface, $special, $special_facet, $facts);
-            hit_entry_point!($special_hit, $special, $special_facet, $facts);
+            color_entry_point!($special_color, $special, $special_facet, false, $facts $(, $words)?);
+            color_entry_point!($special_shadow, $special, $special_facet, true, $facts $(, $words)?);
+            geometry_entry_point!($special_geometry, $special, $special_facet, $facts $(, $words)?);
+            surface_entry_point!($special_surface, $special, $special_facet, $facts $(, $words)?);
+            hit_entry_point!($special_hit, $special, $special_facet, $facts $(, $words)?);
         )*
     )*};
 }

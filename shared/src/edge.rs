@@ -155,6 +155,7 @@ mod tests {
             repeat: Vec2::ZERO,
             depth_fraction,
             steps: 0,
+            layer: 0,
         };
         let carved = match class {
             CLASS_WALL => Vec3::new(0.8, 0.0, 0.6),

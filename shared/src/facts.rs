@@ -4,6 +4,7 @@
 //! shaders that are given [`known`]. The values are those of the object, so that
 //! the results are the same.
 
+use crate::layers;
 use crate::layout::{FORMAT_CODES, Object, TIER_FAST, TIER_PLANAR};
 use crate::profile::{self, grows, know_straight, know_upright};
 
@@ -18,6 +19,9 @@ pub const CODES: u32 = 8;
 /// The profile is straight: nothing but a bevel or a chamfer.
 pub const STRAIGHT: u32 = 16;
 
+/// The object is a stack of [`layers`](crate::layers). Only shaders for which it holds draw stacks.
+pub const LAYERED: u32 = 32;
+
 /// Returns all facts that are true of `object`.
 pub fn facts(object: &Object) -> u32 {
     let when = |is_so, fact| if is_so { fact } else { 0 };
@@ -26,6 +30,7 @@ pub fn facts(object: &Object) -> u32 {
         | when(!grows(object), UPRIGHT)
         | when(object.map_format == FORMAT_CODES, CODES)
         | when(object.profile == profile::STRAIGHT, STRAIGHT)
+        | when(object.profile == layers::LAYERED, LAYERED)
 }
 
 /// Returns `object`, for which `FACTS` hold, with the fields they determine as constants.
@@ -47,6 +52,9 @@ pub fn known<const FACTS: u32>(object: &Object) -> Object {
     if FACTS & STRAIGHT != 0 {
         know_straight(&mut known);
     }
+    if FACTS & LAYERED != 0 {
+        known.profile = layers::LAYERED;
+    }
     known
 }
 
@@ -63,7 +71,7 @@ mod tests {
                 for (map_format, profile) in [
                     (FORMAT_CODES, profile::STRAIGHT),
                     (FORMAT_FLOAT, profile::STRAIGHT),
-                    (FORMAT_CODES, u32::MAX),
+                    (FORMAT_CODES, layers::LAYERED),
                 ] {
                     let object = Object {
                         tier,
@@ -82,10 +90,11 @@ mod tests {
                     changes(UPRIGHT, known::<UPRIGHT>(&object));
                     changes(CODES, known::<CODES>(&object));
                     changes(STRAIGHT, known::<STRAIGHT>(&object));
+                    changes(LAYERED, known::<LAYERED>(&object));
                     assert_eq!(known::<0>(&object), object);
                 }
             }
         }
-        assert_eq!(seen, PLANAR | CURVED | UPRIGHT | CODES | STRAIGHT);
+        assert_eq!(seen, PLANAR | CURVED | UPRIGHT | CODES | STRAIGHT | LAYERED);
     }
 }

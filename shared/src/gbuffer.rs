@@ -16,6 +16,7 @@
 
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
 use crate::edge::{self, Edge, from_turn, turn_of};
+use crate::layers;
 use crate::layout::vec3;
 use crate::model::{Model, Place, Ray, Traced};
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL, HitSurface};
@@ -238,17 +239,28 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
     let along_u = kept3(gradients.0);
     let knows_edges = object.finish & KNOWS_EDGES != 0;
-    let (mut distance, mut gradient) = (0.0, Vec2::ZERO);
-    if knows_edges || hit.class != CLASS_CAP {
-        let map = ShapeMap::new(object);
-        distance = map.distance(texels, hit.uv);
-        gradient = map.gradient(texels, hit.uv);
-    }
     let density = sqrt(along_u.dot(along_u));
-    let open = openness(object, texels, hit, distance, gradient, density);
+    let (mut distance, mut gradient) = (0.0, Vec2::ZERO);
+    let open;
+    let mut seen = *hit;
+    if T::IS_STACK {
+        let around = layers::around(object, texels, hit, density);
+        distance = around.distance;
+        gradient = around.gradient;
+        open = around.openness;
+        seen = around.hit;
+    } else {
+        if knows_edges || hit.class != CLASS_CAP {
+            let map = ShapeMap::new(object);
+            distance = map.distance(texels, hit.uv);
+            gradient = map.gradient(texels, hit.uv);
+        }
+        let map = ShapeMap::new(object);
+        open = openness(object, &map, texels, hit, distance, gradient, density);
+    }
     let (edge_distance, edge_direction) = if knows_edges {
         let slopes = [gradients.0, gradients.1];
-        edge::codes(ray, hit, &normals, distance, gradient, slopes)
+        edge::codes(ray, &seen, &normals, distance, gradient, slopes)
     } else {
         (edge::FAR_AWAY, 0)
     };
@@ -271,11 +283,16 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
         word(uv.y),
         depth | (word(frame.unit) & UPPER),
     );
+    let finish = if T::IS_STACK {
+        object.finish + layers::finish(object, texels, hit)
+    } else {
+        object.finish
+    };
     let surface = UVec4::new(
         hit.class
             | flag(is_mirrored, MIRRORED)
             | flag(tangent_frame.is_along_v, ALONG_V)
-            | (object.finish & FINISH.1) << FINISH.0
+            | (finish & FINISH.1) << FINISH.0
             | edge_distance << EDGE
             | ((clamp(open, 0.0, 1.0) * OPENNESS.1 + 0.5) as u32) << OPENNESS.0,
         octahedral(in_world(normals.carved)),

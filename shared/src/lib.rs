@@ -27,6 +27,7 @@
 //!   walk          from prism to prism, a march in each (accurate tier)
 //!   profile       r(δ): the radius of the pattern by depth — one file a profile
 //!   shape_map     uv → distance to the pattern
+//!   layers        several patterns in one march
 //! normals       hit → surface class and normal
 //! shadow        hit → lit or not
 //! light         normal → colour
@@ -100,6 +101,7 @@ pub mod gbuffer;
 pub mod intersection;
 #[cfg(not(feature = "double"))]
 pub mod kernels;
+pub mod layers;
 pub mod layout;
 pub mod light;
 pub mod march;

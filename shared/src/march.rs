@@ -2,6 +2,7 @@
 //! (section 4): one march for every path and every profile.
 
 use crate::arithmetic::{clamp, div, max, min, sqrt};
+use crate::layers::Stack;
 use crate::path::Path;
 use crate::profile::Profile;
 use crate::shape_map::{SafeStep, ShapeMap, Texels};
@@ -93,15 +94,27 @@ impl StepLength {
     }
 }
 
-/// Returns the distance to the solid at `s` of `path`, texels, where the pattern is
-/// `distance` texels away.
+/// Returns the distances to the pattern and to the solid at `s` of `path`, texels.
 #[inline]
-fn gap_at<P: Path>(profile: &Profile, path: &P, s: Real, distance: Real) -> Real {
-    if profile.grows {
+fn gaps_at<P: Path, T: Texels + ?Sized>(
+    path: &P,
+    profile: &Profile,
+    map: &ShapeMap,
+    texels: &T,
+    s: Real,
+) -> (Real, Real) {
+    let uv = path.uv(s);
+    if T::IS_STACK {
+        let depth_fraction = clamp(path.depth_fraction(s), 0.0, 1.0);
+        return Stack::new(profile, map).gaps(texels, uv, depth_fraction);
+    }
+    let distance = map.distance(texels, uv);
+    let gap = if profile.grows {
         profile.gap(distance, clamp(path.depth_fraction(s), 0.0, 1.0))
     } else {
         profile.upright_gap(distance)
-    }
+    };
+    (distance, gap)
 }
 
 /// End of a linear search, before it is refined.
@@ -193,8 +206,8 @@ pub fn advance<P: Path, T: Texels + ?Sized>(
     let mut left = false;
     let mut gap = 0.0;
     while !met && !left {
-        let distance = map.distance(texels, path.uv(s));
-        gap = gap_at(profile, path, s, distance);
+        let distance;
+        (distance, gap) = gaps_at(path, profile, map, texels, s);
         // Where the path starts, only the solid itself counts.
         let near = if steps == 0 { 0.0 } else { tolerance };
         met = gap <= near || steps >= limits.linear_steps;
@@ -241,8 +254,8 @@ pub fn refine<P: Path, T: Texels + ?Sized>(
     let mut bisections = limits.binary_steps;
     while bisections > 0 && before + stop.least < s {
         let middle = 0.5 * (before + s);
-        let distance = map.distance(texels, path.uv(middle));
-        if gap_at(profile, path, middle, distance) <= tolerance {
+        let (_, gap) = gaps_at(path, profile, map, texels, middle);
+        if gap <= tolerance {
             s = middle;
         } else {
             before = middle;

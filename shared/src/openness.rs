@@ -19,7 +19,7 @@ const AHEAD: Real = 0.9;
 /// Returns the share of the hemisphere that a wall hides from a point on the ground, `distance`
 /// before it and `height` below its top.
 #[inline]
-fn hidden(distance: Real, height: Real) -> Real {
+pub(crate) fn hidden(distance: Real, height: Real) -> Real {
     let distance = max(distance, 0.0);
     let length = sqrt(distance * distance + height * height);
     0.5 - 0.5 * div(distance, max(length, 1e-12))
@@ -31,6 +31,7 @@ fn hidden(distance: Real, height: Real) -> Real {
 #[inline]
 pub fn openness<T: Texels + ?Sized>(
     object: &Object,
+    map: &ShapeMap,
     texels: &T,
     hit: &Hit,
     distance: Real,
@@ -46,7 +47,6 @@ pub fn openness<T: Texels + ?Sized>(
     if class == CLASS_CAP {
         return 1.0;
     }
-    let map = ShapeMap::new(object);
     let profile = Profile::new(object);
     // Texels per object unit.
     let scale = max(density * map.size.x, 1e-6);

@@ -11,14 +11,15 @@ use crate::layout::SEARCH_RELIEF;
 /// SEARCH_ constant: model over facets given FACT draws color shadow geometry surface hit
 ///     tiers { /// doc
 ///             Name TIER_ constant "name" steps bisections; … }
-///     special { facts => model over facets draws color shadow geometry surface hit; … }
+///     special { facts => model over facets through words draws color shadow geometry surface hit; … }
 /// ```
 ///
 /// `color`, `shadow` (colour with self-shadows), `geometry` and `surface` (the G-buffer)
 /// are fragment entry points for any object of the search; `hit` is the entry point that exports
 /// turn into a function. If FACT is given, it must hold for the object.
 /// Those of `special` contain only the code for objects for which the
-/// `facts` hold (see [`facts`](crate::facts)), most facts first. Callers import the
+/// `facts` hold (see [`facts`](crate::facts)), most facts first. Those `through Stacked` draw stacks of
+/// [`layers`](crate::layers), which no others can. Callers import the
 /// names that they use: constants of `layout` and `facts`, models of `model`.
 #[macro_export]
 macro_rules! for_each_search {
@@ -33,6 +34,8 @@ macro_rules! for_each_search {
                     Fast TIER_FAST "fast" 96 8;
                 }
                 special {
+                    LAYERED => Quadric over Triangle through Stacked
+                        draws color_layers color_layers_shadow geometry_layers surface_layers hit_layers;
                     PLANAR | UPRIGHT | CODES => Flat over PlanarTriangle
                         draws color_planar color_planar_shadow geometry_planar surface_planar hit_planar;
                     PLANAR | STRAIGHT | CODES => Flat over PlanarTriangle
@@ -62,6 +65,8 @@ macro_rules! for_each_search {
                     Accurate TIER_ACCURATE "accurate" 256 10;
                 }
                 special {
+                    LAYERED => Prisms over PrismData through Stacked
+                        draws color_prisms_layers color_prisms_layers_shadow geometry_prisms_layers surface_prisms_layers hit_prisms_layers;
                     STRAIGHT => Prisms over PrismData
                         draws color_prisms_straight color_prisms_straight_shadow geometry_prisms_straight surface_prisms_straight hit_prisms_straight;
                 }

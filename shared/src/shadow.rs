@@ -37,6 +37,7 @@ struct LightPath {
     bend: Real,
     inverse_depth: Real,
     end: Real,
+    depth_rate: Real,
 }
 
 impl Path for LightPath {
@@ -62,8 +63,7 @@ impl Path for LightPath {
 
     #[inline]
     fn depth_rate(&self) -> Real {
-        // The ray rises: the pattern only gets thinner.
-        0.0
+        self.depth_rate
     }
 
     #[inline]
@@ -99,6 +99,13 @@ pub struct ShadowPoint {
     pub surface_normal: Vec3,
 }
 
+/// Returns whether light from above reaches every point at `depth_fraction` of this `class`:
+/// nothing stands on the cap, but on those of [`layers`](crate::layers).
+#[inline]
+pub fn is_above<T: Texels + ?Sized>(class: u32, depth_fraction: Real) -> bool {
+    class == CLASS_CAP && (!T::IS_STACK || depth_fraction <= 0.0)
+}
+
 /// Returns whether the columns around `point` let the light in direction `to_light`
 /// reach it; the smooth surface is a quadric if `is_curved`.
 #[inline]
@@ -111,8 +118,7 @@ pub fn lit<T: Texels + ?Sized>(
     point: &ShadowPoint,
     to_light: Vec3,
 ) -> bool {
-    // Nothing stands on the cap.
-    if point.class == CLASS_CAP {
+    if is_above::<T>(point.class, point.depth_fraction) {
         return true;
     }
     let slope = -to_light.dot(point.surface_normal);
@@ -140,27 +146,45 @@ pub fn lit<T: Texels + ?Sized>(
     } else {
         Vec2::ZERO
     };
-    let height = point.depth_fraction * point.depth;
+    // Start above the cap of a layer.
+    let profile = Profile::new(object);
+    let depth_fraction = if T::IS_STACK {
+        max(
+            point.depth_fraction - profile.depth_of_growth(CLEARANCE),
+            0.0,
+        )
+    } else {
+        point.depth_fraction
+    };
+    let height = depth_fraction * point.depth;
     // A valley that bends up faster than the ray shadows it.
     let radicand = slope * slope + 4.0 * bend * height;
     if radicand < 0.0 {
         return false;
     }
+    let inverse_depth = div(1.0, point.depth);
+    let end = div(2.0 * height, max(sqrt(radicand) - slope, 1e-12));
     let path = LightPath {
         uv: point.uv + off,
         velocity: Vec2::new(
             to_light.dot(surface.gradient_u),
             to_light.dot(surface.gradient_v),
         ),
-        depth_fraction: point.depth_fraction,
+        depth_fraction,
         slope,
         bend,
-        inverse_depth: div(1.0, point.depth),
-        end: div(2.0 * height, max(sqrt(radicand) - slope, 1e-12)),
+        inverse_depth,
+        end,
+        // The ray rises: a pattern only gets thinner, but a layer may hang above.
+        depth_rate: if T::IS_STACK {
+            max(-slope, 2.0 * bend * end - slope) * inverse_depth
+        } else {
+            0.0
+        },
     };
     let found = march(
         &path,
-        &Profile::new(object),
+        &profile,
         map,
         texels,
         &Limits {

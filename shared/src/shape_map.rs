@@ -7,6 +7,9 @@ use crate::{Real, Vec2};
 
 /// Storage of the codes of a map: a storage buffer, a slice.
 pub trait Texels {
+    /// Whether the words are those of a stack of [`layers`](crate::layers).
+    const IS_STACK: bool = false;
+
     /// Returns the 32-bit word `index`.
     fn word(&self, index: u32) -> u32;
 }
@@ -18,6 +21,15 @@ impl Texels for [u32] {
     }
 }
 
+impl<T: Texels + ?Sized> Texels for &T {
+    const IS_STACK: bool = T::IS_STACK;
+
+    #[inline]
+    fn word(&self, index: u32) -> u32 {
+        (**self).word(index)
+    }
+}
+
 /// Size and encoding of a map.
 #[derive(Clone, Copy, Debug)]
 pub struct ShapeMap {
@@ -25,6 +37,8 @@ pub struct ShapeMap {
     pub size: Vec2,
     last_x: i32,
     last_y: i32,
+    /// Number of its first texel.
+    first: i32,
     /// Step lengths that cannot skip the pattern.
     pub safe: SafeStep,
     gradient_offset: Vec2,
@@ -69,6 +83,7 @@ impl ShapeMap {
             size: Vec2::new(object.map_size[0], object.map_size[1]),
             last_x: object.map_size[0] as i32 - 1,
             last_y: object.map_size[1] as i32 - 1,
+            first: 0,
             safe: SafeStep {
                 steepest: SQRT_2 * (1.0 + object.map_quantum),
                 margin: MARGIN + object.map_quantum,
@@ -89,10 +104,31 @@ impl ShapeMap {
         }
     }
 
+    /// Returns the map of layer `index` of a stack.
+    #[inline]
+    pub fn of_layer(&self, index: u32) -> ShapeMap {
+        ShapeMap {
+            first: index as i32 * self.texels(),
+            ..*self
+        }
+    }
+
+    /// Returns the number of words that hold the maps of `count` layers.
+    #[inline]
+    pub fn words(&self, count: u32) -> u32 {
+        (count * self.texels() as u32 + self.lane_mask) >> self.packing
+    }
+
+    /// Returns the number of texels.
+    #[inline]
+    fn texels(&self) -> i32 {
+        (self.last_x + 1) * (self.last_y + 1)
+    }
+
     /// Returns the stored code of one texel; `x` and `y` inside the map.
     #[inline]
     fn code<T: Texels + ?Sized>(&self, texels: &T, x: i32, y: i32) -> u32 {
-        let index = (y * (self.last_x + 1) + x) as u32;
+        let index = (self.first + y * (self.last_x + 1) + x) as u32;
         let word = texels.word(index >> self.packing);
         (word >> ((index & self.lane_mask) << self.lane_shift)) & self.code_mask
     }

@@ -4,7 +4,8 @@
 use crate::arithmetic::floor;
 use crate::camera::reversed_depth;
 use crate::contract::{check, check2, check3};
-use crate::layout::{Frame, vec3};
+use crate::layers;
+use crate::layout::{Frame, Object, vec3};
 use crate::light;
 use crate::model::{Hit, Model, Normals, Ray, Traced};
 use crate::normals::{CLASS_MISS, HitSurface, class_of, normal_at};
@@ -23,9 +24,12 @@ pub fn trace<M: Model<Over>, Over, T: Texels + ?Sized>(
 ) -> Traced<M::Place> {
     let found = M::search(ray, over, texels, entry);
     let march = found.march;
-    let class = class_of(&march, ray.object, || {
-        ShapeMap::new(ray.object).distance(texels, march.uv)
-    });
+    let (class, layer) = if T::IS_STACK {
+        layers::class_of(&march, ray.object, texels)
+    } else {
+        let distance = || ShapeMap::new(ray.object).distance(texels, march.uv);
+        (class_of(&march, ray.object, distance), 0)
+    };
     let depth = reversed_depth(ray.frame, ray.direction, found.t);
     let repeat = Vec2::new(floor(march.uv.x), floor(march.uv.y));
     if class != CLASS_MISS {
@@ -42,6 +46,7 @@ pub fn trace<M: Model<Over>, Over, T: Texels + ?Sized>(
             repeat,
             depth_fraction: march.depth_fraction,
             steps: march.steps,
+            layer,
         },
         place: found.place,
     }
@@ -55,16 +60,19 @@ pub(crate) fn normals_on<S: HitSurface, T: Texels + ?Sized>(
     hit: &Hit,
     surface: &S,
 ) -> Normals {
-    let map = ShapeMap::new(ray.object);
-    let carved = normal_at(
-        hit.class,
-        ray.object,
-        &map,
-        texels,
-        surface,
-        hit.uv,
-        hit.depth_fraction,
-    );
+    let carved = if T::IS_STACK {
+        layers::normal_at(hit.class, ray.object, texels, surface, hit)
+    } else {
+        normal_at(
+            hit.class,
+            ray.object,
+            &ShapeMap::new(ray.object),
+            texels,
+            surface,
+            hit.uv,
+            hit.depth_fraction,
+        )
+    };
     check3(carved);
     Normals {
         carved,
@@ -98,14 +106,14 @@ pub fn color<const SHADOW: bool, M: Model<Over>, Over, T: Texels + ?Sized>(
     let surface = M::surface(ray, over, entry, &traced.place);
     let normals = normals_on(ray, texels, &traced.hit, &surface);
     let lit = !SHADOW || M::lit(ray, over, texels, traced, &surface, &normals);
-    let color = light::shade(
-        ray.frame,
-        ray.object,
-        class,
-        normals.carved,
-        ray.direction,
-        lit,
-    );
+    let shade = |object: &Object| {
+        light::shade(ray.frame, object, class, normals.carved, ray.direction, lit)
+    };
+    let color = if T::IS_STACK {
+        shade(&layers::colored(ray.object, texels, &traced.hit))
+    } else {
+        shade(ray.object)
+    };
     check3(color);
     color
 }

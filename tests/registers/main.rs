@@ -75,7 +75,7 @@ fn programs(folder: &str) -> Vec<Vec<&'static str>> {
         ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
             draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
             tiers { $($tiers:tt)* }
-            special { $($facts:expr => $special:ident over $special_facet:ident
+            special { $($facts:expr => $special:ident over $special_facet:ident $(through $words:ident)?
                 draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
             vec![$(
                 (stringify!($facet), [stringify!($color), stringify!($shadow),

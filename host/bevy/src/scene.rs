@@ -10,7 +10,7 @@ use bevy::tasks::futures_lite::future::{block_on, poll_once};
 use bevy::tasks::{AsyncComputeTaskPool, Task};
 use relievo::Files;
 use relievo::files::normal;
-use relievo::scene::{Instances, Scene, SceneError, SceneObject};
+use relievo::scene::{Scene, SceneError, SceneObject};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -80,14 +80,7 @@ impl AssetLoader for SceneLoader {
         for object in &mut scene.objects {
             object.budget = None;
         }
-        let named = |object: &SceneObject| {
-            let copies = match &object.instances {
-                Some(Instances::File(path)) => Some(path.as_path()),
-                _ => None,
-            };
-            let files = [object.mesh.file(), object.shape.file(), copies];
-            files.into_iter().flatten().map(normal).collect::<Vec<_>>()
-        };
+        let named = |object: &SceneObject| object.files().map(normal).collect::<Vec<_>>();
         let names: BTreeSet<PathBuf> = scene.objects.iter().flat_map(named).collect();
         let mut files = Vec::new();
         for name in names {

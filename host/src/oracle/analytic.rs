@@ -35,8 +35,22 @@ pub struct AnalyticOracle<'a> {
     pub depth: f64,
     /// Growth of the pattern with the depth.
     pub profile: Profile,
+    /// Further layers.
+    pub layers: Vec<LayerOracle<'a>>,
+    /// Texels that a unit of δ counts for, above and below layers.
+    pub slope: f64,
     /// Whether there is no floor.
     pub cut_out: bool,
+}
+
+/// A further layer of a carved surface.
+pub struct LayerOracle<'a> {
+    /// Its map, of the same size.
+    pub map: &'a ShapeMap,
+    /// δ where it begins and ends.
+    pub range: [f64; 2],
+    /// Its growth, from δ = 0 to 1 within that range.
+    pub profile: Profile,
 }
 
 impl Oracle for AnalyticOracle<'_> {
@@ -76,13 +90,24 @@ impl<'a> AnalyticOracle<'a> {
     /// Makes the oracle of a scene's object, with `shape` in place of its mesh.
     pub fn new(shape: &'a dyn Shape, object: &SceneObject, prepared: &'a PreparedObject) -> Self {
         let parameters = &prepared.parameters;
+        let mut layers = prepared.layers.iter().map(|layer| LayerOracle {
+            map: &layer.map,
+            range: layer.range,
+            profile: Profile::new(&wide_object(&layer.parameters)),
+        });
+        let (map, profile) = match layers.next() {
+            Some(own) => (own.map, own.profile),
+            None => (&*prepared.map, Profile::new(&wide_object(parameters))),
+        };
         Self {
             shape,
             placement: prepared.transform,
-            map: &prepared.map,
+            map,
             repeat: object.repeat,
             depth: prepared.unit() * f64::from(parameters.depth),
-            profile: Profile::new(&wide_object(parameters)),
+            profile,
+            layers: layers.collect(),
+            slope: Profile::new(&wide_object(parameters)).largest_slope(),
             cut_out: object.cut_out,
         }
     }
@@ -155,7 +180,15 @@ impl<'a> AnalyticOracle<'a> {
         let floor = self.own_depth();
         let (texels, reach) = self.texel_rate(p, floor - foot.depth);
         // The distance is √2-Lipschitz per texel, and the pattern grows downwards.
-        let growth = self.profile.largest_slope() / floor;
+        let slope = |layer: &LayerOracle<'_>| {
+            layer.profile.largest_slope() / (layer.range[1] - layer.range[0])
+        };
+        let slopes = self.layers.iter().map(slope);
+        let own = match self.layers.is_empty() {
+            true => self.profile.largest_slope(),
+            false => self.profile.largest_slope().max(self.slope),
+        };
+        let growth = slopes.fold(own, f64::max) / floor;
         let gap = self.gap(foot);
         (gap / (SQRT_2 * texels + growth))
             .min(reach)
@@ -176,23 +209,44 @@ impl<'a> AnalyticOracle<'a> {
         DVec2::from(self.repeat) * size
     }
 
-    /// Computes g of section 2, texels: the distance to the grown pattern.
+    /// Computes g of section 2, texels: the distance to the grown pattern, or to the nearest layer.
     fn gap(&self, foot: &Foot) -> f64 {
-        let fraction = (foot.depth / self.own_depth()).clamp(0.0, 1.0);
-        self.profile
-            .gap(self.distance_to_pattern(foot.uv), fraction)
+        self.gap_and_face(foot).0
     }
 
-    /// Computes the distance to the pattern, texels: the bilinear interpolation of
+    /// Computes that distance, and whether a layer's cap or underside is nearest.
+    fn gap_and_face(&self, foot: &Foot) -> (f64, bool) {
+        let fraction = (foot.depth / self.own_depth()).clamp(0.0, 1.0);
+        let distance = self.distance_to(self.map, foot.uv);
+        let mut nearest = (self.profile.gap(distance, fraction), false);
+        for layer in &self.layers {
+            let [top, bottom] = layer.range;
+            let own = ((fraction - top) / (bottom - top)).clamp(0.0, 1.0);
+            let beside = layer.profile.gap(self.distance_to(layer.map, foot.uv), own);
+            let above = if top > 0.0 { top - fraction } else { -1.0 };
+            let below = if bottom < 1.0 {
+                fraction - bottom
+            } else {
+                -1.0
+            };
+            let face = self.slope * above.max(below);
+            if beside.max(face) < nearest.0 {
+                nearest = (beside.max(face), face > beside);
+            }
+        }
+        nearest
+    }
+
+    /// Computes the distance to the pattern of `map`, texels: the bilinear interpolation of
     /// the map, whose rows run down while v runs up.
-    fn distance_to_pattern(&self, uv: DVec2) -> f64 {
-        let (width, height) = (self.map.width(), self.map.height());
+    fn distance_to(&self, map: &ShapeMap, uv: DVec2) -> f64 {
+        let (width, height) = (map.width(), map.height());
         let column = |x: f64| (x as i64).rem_euclid(i64::from(width)) as u32;
         let row = |y: f64| (y as i64).rem_euclid(i64::from(height)) as u32;
         let place = self.texels() * DVec2::new(uv.x, -uv.y) - 0.5;
         let (whole, part) = (place.floor(), place - place.floor());
         let texel =
-            |dx: f64, dy: f64| f64::from(self.map.decode(column(whole.x + dx), row(whole.y + dy)));
+            |dx: f64, dy: f64| f64::from(map.decode(column(whole.x + dx), row(whole.y + dy)));
         let upper = texel(0.0, 0.0) * (1.0 - part.x) + texel(1.0, 0.0) * part.x;
         let lower = texel(0.0, 1.0) * (1.0 - part.x) + texel(1.0, 1.0) * part.x;
         upper * (1.0 - part.y) + lower * part.y
@@ -217,8 +271,9 @@ impl<'a> AnalyticOracle<'a> {
                 outside = middle;
             }
         }
-        let fraction = self.shape.foot(ray.at(inside)).depth / self.own_depth();
-        let class = if fraction < 1e-4 {
+        let foot = self.shape.foot(ray.at(inside));
+        let fraction = foot.depth / self.own_depth();
+        let class = if fraction < 1e-4 || self.gap_and_face(&foot).1 {
             CLASS_CAP
         } else if fraction > 1.0 - 1e-6 && !self.cut_out {
             CLASS_FLOOR

@@ -11,6 +11,7 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_MISS, CLASS_WALL};
+use relievo_shared_f64::layers::{self, LAYERED, Stacked};
 use relievo_shared_f64::layout::{NO_NEIGHBOUR, Object, PrismData, Slab};
 use relievo_shared_f64::normals::class_of;
 use relievo_shared_f64::profile::Profile;
@@ -111,6 +112,7 @@ impl<'a> MeshOracle<'a> {
         self.hierarchy.for_each(eye, direction, |leaf| {
             let ScenePrism { prism, object } = &self.prisms[leaf];
             let object = &self.objects[*object];
+            let is_stack = object.parameters.profile == LAYERED;
             let mut from = 0.0;
             for _ in 0..MOST_RETURNS {
                 let hit = search(
@@ -118,6 +120,7 @@ impl<'a> MeshOracle<'a> {
                     &object.profile,
                     &object.map,
                     object.texels,
+                    is_stack,
                     eye + direction * from,
                     direction,
                     LINEAR_STEPS,
@@ -127,7 +130,12 @@ impl<'a> MeshOracle<'a> {
                 found.steps += hit.march.steps;
                 found.lost += u32::from(hit.lost);
                 // The oracle does not distinguish bevels from walls: no distance is needed.
-                let class = match class_of(&hit.march, &object.parameters, || 0.0) {
+                let class = if is_stack {
+                    layers::class_of(&hit.march, &object.parameters, &Stacked(object.texels)).0
+                } else {
+                    class_of(&hit.march, &object.parameters, || 0.0)
+                };
+                let class = match class {
                     CLASS_BEVEL => CLASS_WALL,
                     class => class,
                 };

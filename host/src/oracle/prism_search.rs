@@ -6,6 +6,7 @@
 use glam::{DVec2, DVec3};
 use relievo_shared_f64::FAR;
 use relievo_shared_f64::arithmetic::{abs, clamp, div, max, min, sqrt};
+use relievo_shared_f64::layers::{Stack, Stacked};
 use relievo_shared_f64::layout::PrismData;
 use relievo_shared_f64::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
 use relievo_shared_f64::prism::{Jacobian, Prism, State, cap_hull, normal_hull};
@@ -348,6 +349,7 @@ struct PrismRay<'a> {
     profile: &'a Profile,
     map: &'a ShapeMap,
     texels: &'a [u32],
+    is_stack: bool,
     /// Where the ray enters the hull, relative to the anchor; times start there.
     origin: DVec3,
     direction: DVec3,
@@ -404,8 +406,13 @@ impl PrismRay<'_> {
 
     /// Returns the distances to the pattern and to the solid at `x`, texels.
     fn distance_and_gap(&self, x: DVec3) -> (f64, f64) {
-        let distance = self.map.distance(self.texels, self.prism.uv(x.x, x.y));
-        (distance, self.profile.gap(distance, clamp(x.z, 0.0, 1.0)))
+        let (uv, depth_fraction) = (self.prism.uv(x.x, x.y), clamp(x.z, 0.0, 1.0));
+        if self.is_stack {
+            let stack = Stack::new(self.profile, self.map);
+            return stack.gaps(&Stacked(self.texels), uv, depth_fraction);
+        }
+        let distance = self.map.distance(self.texels, uv);
+        (distance, self.profile.gap(distance, depth_fraction))
     }
 
     /// Returns a time within which the pattern cannot be hit, if x follows its
@@ -461,6 +468,7 @@ pub(super) fn search(
     profile: &Profile,
     map: &ShapeMap,
     texels: &[u32],
+    is_stack: bool,
     eye: DVec3,
     direction: DVec3,
     linear_steps: u32,
@@ -489,6 +497,7 @@ pub(super) fn search(
         profile,
         map,
         texels,
+        is_stack,
         origin: from_eye + direction * enter,
         direction,
     };

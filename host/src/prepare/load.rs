@@ -2,6 +2,7 @@
 //! several ways.
 
 use super::camera::{camera_of, frame, sees};
+use super::layers::encode;
 use super::lighting::prepare_lighting;
 use super::meshes::{LoadedMesh, MeshCache, cached, load_meshes};
 use super::object::{Common, prepare_object};
@@ -270,7 +271,14 @@ impl<'a> LoadedScene<'a> {
         mesh: Arc<Mesh>,
         origin: DVec3,
     ) -> Result<PreparedObject, Error> {
-        let map = self.shapes.map(object).map_err(|problem| Error::Object {
+        let maps = match object.layers.is_empty() {
+            true => self.shapes.map(object).map(|map| vec![map]),
+            false => {
+                let fields = self.shapes.fields(object);
+                fields.and_then(|fields| encode(object, &fields))
+            }
+        };
+        let maps = maps.map_err(|problem| Error::Object {
             scene: self.scene.path.clone(),
             name: object.name.clone(),
             problem,
@@ -281,7 +289,7 @@ impl<'a> LoadedScene<'a> {
             pixel: DVec3::from(self.frame.ray_right.map(f64::from)).length(),
             shells: &mut self.shells,
         };
-        prepare_object(common, number, object, mesh, map)
+        prepare_object(common, number, object, mesh, maps)
     }
 
     /// Width and height of the plain pattern of `object`, pixels; `None` if its

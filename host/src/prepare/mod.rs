@@ -29,6 +29,7 @@
 
 mod camera;
 mod exits;
+mod layers;
 mod lighting;
 mod lit;
 mod load;
@@ -45,6 +46,7 @@ mod step;
 pub(crate) mod tests;
 
 pub use camera::{View, finer, unlit_frame};
+pub use layers::PreparedLayer;
 pub use lit::PreparedLighting;
 pub use load::Assets;
 pub(crate) use load::LoadedScene;

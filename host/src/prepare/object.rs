@@ -2,6 +2,7 @@
 
 use super::camera::narrow;
 use super::exits::{exit_number, is_fast};
+use super::layers::{grow, stack};
 use super::placement::Placement;
 use super::prepared::PreparedObject;
 use super::shells::{MeshShell, Shells};
@@ -12,9 +13,7 @@ use crate::scene::{Material, Scene, SceneObject, Shape};
 use crate::shape_map::{ShapeMap, Storage};
 use glam::DVec3;
 use rayon::prelude::*;
-use relievo_shared::layout::{
-    Corner, Object, Quotients, SEARCH_EXTRUSION, SEARCH_PRISMS, Triangle,
-};
+use relievo_shared::layout::{Corner, Object, SEARCH_EXTRUSION, SEARCH_PRISMS, Triangle};
 use relievo_shared::profile::{Profile, know_upright};
 use std::sync::Arc;
 
@@ -32,13 +31,13 @@ pub(super) struct Common<'a> {
     pub shells: &'a mut Shells,
 }
 
-/// Prepares `object`, number `number` of the scene.
+/// Prepares `object`, number `number` of the scene, with the `maps` of its pattern and of its layers.
 pub(super) fn prepare_object(
     common: Common<'_>,
     number: usize,
     object: &SceneObject,
     mesh: Arc<Mesh>,
-    map: Arc<ShapeMap>,
+    maps: Vec<Arc<ShapeMap>>,
 ) -> Result<PreparedObject, Error> {
     let Common {
         scene,
@@ -49,7 +48,7 @@ pub(super) fn prepare_object(
     let depth = object.depth.unwrap_or(0.04 * mesh.bounds.diagonal());
     // As renderers read it.
     let depth = f64::from(depth as f32);
-    let extrusion = object.extrusion;
+    let map = &maps[0];
     let Material {
         cap,
         wall,
@@ -62,14 +61,11 @@ pub(super) fn prepare_object(
         map_size: [map.width() as f32, map.height() as f32],
         map_step: map.step(),
         depth: depth as f32,
-        extension: extrusion.extension as f32,
-        bevel: extrusion.bevel as f32,
-        chamfer: extrusion.chamfer as f32,
         specular: specular as f32,
         tolerance: object.tolerance as f32,
         // Shadow maps are seen from far away, where a slack for the camera is too much.
         slack: if object.slack > 0.0 && !has_shadows(scene) {
-            (object.slack * pixel * coarsest_texels(&mesh, object.repeat, &map)) as f32
+            (object.slack * pixel * coarsest_texels(&mesh, object.repeat, map)) as f32
         } else {
             0.0
         },
@@ -89,16 +85,21 @@ pub(super) fn prepare_object(
         map_format: map.storage().shader_format(),
         search: object.search_code(),
         self_shadow: u32::from(object.self_shadow),
-        profile: extrusion.profile,
-        parts: extrusion.parts,
-        // Set below.
-        number: 0,
-        finish: 0,
         facets: mesh.triangles.len() as u32,
-        quotients: Quotients::default(),
-    }
-    .complete();
-    check_growth(&mut parameters, &object.shape, &map).map_err(|problem| Error::Object {
+        // The rest is set below.
+        ..Object::default()
+    };
+    grow(&mut parameters, &object.extrusion);
+    let patterns = match &maps[..] {
+        [map] => {
+            check_growth(&mut parameters, &object.shape, map).map(|()| (map.clone(), Vec::new()))
+        }
+        _ => {
+            let texels = depth * coarsest_texels(&mesh, object.repeat, map);
+            stack(object, &mesh, &maps, texels, &mut parameters)
+        }
+    };
+    let (map, layers) = patterns.map_err(|problem| Error::Object {
         scene: scene.path.clone(),
         name: object.name.clone(),
         problem,
@@ -147,6 +148,7 @@ pub(super) fn prepare_object(
         local_depth: shell.local_depth,
         prisms: Arc::default(),
         map,
+        layers: Arc::new(layers),
         map_options: object.map,
         mesh,
     };
@@ -249,7 +251,11 @@ fn gradient_reach(width: u32, height: u32) -> f32 {
 ///
 /// # Errors
 /// A text that says what is too large and how to change it.
-fn check_growth(object: &mut Object, shape: &Shape, map: &ShapeMap) -> Result<(), String> {
+pub(super) fn check_growth(
+    object: &mut Object,
+    shape: &Shape,
+    map: &ShapeMap,
+) -> Result<(), String> {
     let width = f64::from(map.width());
     let profile = Profile::new(object);
     let [smallest, largest] = [profile.radius(0.0), profile.largest_radius()].map(f64::from);

@@ -2,6 +2,7 @@
 
 use super::camera::{View, camera_of, finer, frame};
 use super::exits::number_of_exits;
+use super::layers::PreparedLayer;
 use super::lit::PreparedLighting;
 use super::placement::Placement;
 use crate::mesh::{Bounds, LocalDepth, Mesh, MeshPrism};
@@ -71,6 +72,8 @@ pub struct PreparedObject {
     pub prisms: Arc<Vec<PrismData>>,
     /// Its shape map; objects with the same pattern share it.
     pub map: Arc<ShapeMap>,
+    /// Its layers; empty if it has no other pattern than its own.
+    pub layers: Arc<Vec<PreparedLayer>>,
     /// Options that the map was made with, of a plain pattern.
     pub map_options: MapOptions,
     /// The mesh it came from; objects with the same mesh and transform share it.

@@ -18,7 +18,7 @@ const PIXEL_READ: u64 = 24;
 /// Estimated bytes per pixel after that: the distance, and its texel.
 const PIXEL: u64 = 8;
 
-/// Identifies a pattern among the objects of a scene.
+/// A pattern as an object or a layer describes it.
 #[derive(Clone, PartialEq)]
 struct Key {
     shape: Shape,
@@ -28,6 +28,7 @@ struct Key {
 }
 
 impl Key {
+    /// Returns that of `object` itself.
     fn of(object: &SceneObject) -> Key {
         Key {
             shape: object.shape.clone(),
@@ -35,6 +36,17 @@ impl Key {
             threshold: object.threshold,
             invert: object.invert,
         }
+    }
+
+    /// Returns those of `object` and its layers.
+    fn all(object: &SceneObject) -> impl Iterator<Item = Key> {
+        let layers = object.layers.iter().map(|layer| Key {
+            shape: layer.shape.clone(),
+            raster: object.raster,
+            threshold: layer.threshold,
+            invert: layer.invert,
+        });
+        std::iter::once(Key::of(object)).chain(layers)
     }
 }
 
@@ -68,20 +80,21 @@ impl Shapes {
     ) -> Result<Shapes, Error> {
         let mut loaded: Vec<Loaded> = Vec::new();
         // One after the other: each uses all cores.
-        for object in objects {
-            let key = Key::of(object);
+        for (object, key) in
+            objects.flat_map(|object| Key::all(object).map(move |key| (object, key)))
+        {
             if loaded.iter().any(|known| known.key == key) {
                 continue;
             }
             let kept = before.0.iter().position(|known| known.key == key);
             loaded.push(match kept.map(|place| before.0.swap_remove(place)) {
                 Some(kept) => {
-                    kept.distances.take(&object.shape, account)?;
+                    kept.distances.take(&kept.key.shape, account)?;
                     kept
                 }
                 None => Loaded {
+                    distances: Distances::load(object, &key, scene, account, progress)?,
                     key,
-                    distances: Distances::load(object, scene, account, progress)?,
                     maps: BTreeMap::new(),
                 },
             });
@@ -89,17 +102,16 @@ impl Shapes {
         Ok(Shapes(loaded))
     }
 
-    /// Returns the index of the pattern of `object`, which has been read.
-    fn place(&self, object: &SceneObject) -> usize {
-        let key = Key::of(object);
-        let known = self.0.iter().position(|known| known.key == key);
+    /// Returns the index of the pattern of `key`, which has been read.
+    fn place(&self, key: &Key) -> usize {
+        let known = self.0.iter().position(|known| known.key == *key);
         known.expect("the pattern of every object is read")
     }
 
     /// Returns width and height of the plain pattern of `object`, pixels; `None`
     /// if its map is baked.
     pub(super) fn plain_size(&self, object: &SceneObject) -> Option<[u32; 2]> {
-        match &self.0[self.place(object)].distances {
+        match &self.0[self.place(&Key::of(object))].distances {
             Distances::Baked(_) => None,
             Distances::Plain(field) => Some([field.width(), field.height()]),
         }
@@ -111,7 +123,7 @@ impl Shapes {
     /// # Errors
     /// A text that says which option does not fit the pattern.
     pub(super) fn map(&mut self, object: &SceneObject) -> Result<Arc<ShapeMap>, String> {
-        let place = self.place(object);
+        let place = self.place(&Key::of(object));
         let loaded = &mut self.0[place];
         if let Some(map) = loaded.maps.get(&object.map) {
             return Ok(map.clone());
@@ -146,6 +158,23 @@ impl Shapes {
     }
 }
 
+impl Shapes {
+    /// Returns the distances of the patterns of `object` and its layers.
+    ///
+    /// # Errors
+    /// A text that names a baked map, and the way out.
+    pub(super) fn fields(&self, object: &SceneObject) -> Result<Vec<&DistanceField>, String> {
+        let field = |key: Key| match &self.0[self.place(&key)].distances {
+            Distances::Plain(field) => Ok(field),
+            Distances::Baked(_) => Err(format!(
+                "{} is a baked shape map, but an object with layers needs plain patterns; name the pattern",
+                key.shape
+            )),
+        };
+        Key::all(object).map(field).collect()
+    }
+}
+
 impl Distances {
     /// Takes the memory that they need after loading.
     fn take(&self, shape: &Shape, account: &mut Account<'_>) -> Result<(), Error> {
@@ -159,20 +188,20 @@ impl Distances {
 
     fn load(
         object: &SceneObject,
+        key: &Key,
         scene: &Scene,
         account: &mut Account<'_>,
         progress: &(dyn Fn(Step) + Sync),
     ) -> Result<Distances, Error> {
-        let shape = &object.shape;
+        let shape = &key.shape;
         progress(Step::ShapeMap(shape.clone(), 0.0));
         let has_pixels = match shape {
-            Shape::File(path) => {
-                object.raster.is_some() && !Pattern::is_drawing(&scene.files, path)?
-            }
+            Shape::File(path) => key.raster.is_some() && !Pattern::is_drawing(&scene.files, path)?,
             Shape::Pattern(_) => true,
             Shape::Text(_) | Shape::Drawing(_) => false,
         };
-        if has_pixels && object.raster.is_some() {
+        // Of several patterns some may be drawings.
+        if has_pixels && key.raster.is_some() && object.layers.is_empty() {
             return Err(Error::Object {
                 scene: scene.path.clone(),
                 name: object.name.clone(),
@@ -191,10 +220,10 @@ impl Distances {
             return Ok(baked);
         }
         let options = PatternOptions {
-            threshold: object.threshold,
-            invert: object.invert,
+            threshold: key.threshold,
+            invert: key.invert,
             max_pixels: scene.limits.pixels.min(account.left(PIXEL_READ)),
-            raster: object.raster.unwrap_or(DEFAULT_RASTER),
+            raster: key.raster.unwrap_or(DEFAULT_RASTER),
         };
         let pattern: Arc<Pattern> = match shape {
             Shape::File(path) => Pattern::load_from(&scene.files, path, &options)?.into(),

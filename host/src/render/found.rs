@@ -4,11 +4,13 @@ use crate::prepare::PreparedObject;
 use glam::{UVec4, Vec3};
 use relievo_shared::camera::reversed_depth;
 use relievo_shared::exit::Exits;
+use relievo_shared::layers::{LAYERED, Stacked};
 use relievo_shared::layout::{
     PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Triangle,
 };
 use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Hit, Model, Paper, Place, Prisms, Quadric, Ray, Relief, Traced};
+use relievo_shared::shape_map::Texels;
 use relievo_shared::{for_each_search, gbuffer, trace};
 
 /// A type of facets that models are drawn over.
@@ -46,10 +48,10 @@ impl Facet for PrismData {
 
 /// Traces the ray over one facet, unless its hit must be behind the depth `best`.
 #[inline]
-fn find<M: Model<Over>, Over>(
+fn find<M: Model<Over>, Over, T: Texels + ?Sized>(
     ray: &Ray<'_>,
     over: &Over,
-    texels: &[u32],
+    texels: &T,
     best: f32,
     exits: &impl Exits,
 ) -> Option<(M::Entry, Traced<M::Place>)> {
@@ -71,7 +73,8 @@ macro_rules! found {
     ($($search:ident: $model:ident over $facet:ident $(given $given:ident)?
         draws $color:ident $shadow:ident $geometry:ident $surface:ident $hit:ident
         tiers { $($tiers:tt)* }
-        special { $($special:tt)* })*) => {
+        special { $($facts:expr => $special:ident over $special_facet:ident $(through $words:ident)?
+            draws $special_color:ident $special_shadow:ident $special_geometry:ident $special_surface:ident $special_hit:ident;)* })*) => {
         /// A hit with the data to shade it.
         #[derive(Clone, Copy)]
         pub(super) enum Found {
@@ -94,11 +97,34 @@ macro_rules! found {
                 exits: &impl Exits,
             ) -> Option<Found> {
                 let texels = object.map.words();
+                if is_stack(ray) {
+                    return Found::in_stack(ray, object, index, best, exits);
+                }
                 match ray.object.search {
                     $($search => <$facet as Facet>::over(object, index, |over| {
-                        let (entry, traced) = find::<$model, _>(ray, over, texels, best, exits)?;
+                        let (entry, traced) = find::<$model, _, _>(ray, over, texels, best, exits)?;
                         Some(Found::$model(entry, traced))
                     }),)*
+                    other => unreachable!("search {other}"),
+                }
+            }
+
+            /// [`Found::new`] in a stack of layers.
+            #[inline(never)]
+            fn in_stack(
+                ray: &Ray<'_>,
+                object: &PreparedObject,
+                index: u32,
+                best: f32,
+                exits: &impl Exits,
+            ) -> Option<Found> {
+                let texels = object.map.words();
+                match ray.object.search {
+                    $($($($search => <$special_facet as Facet>::over(object, index, |over| {
+                        let (entry, traced) =
+                            find::<$special, _, _>(ray, over, &$words(texels), best, exits)?;
+                        Some(Found::$special(entry, traced))
+                    }),)?)*)*
                     other => unreachable!("search {other}"),
                 }
             }
@@ -121,6 +147,12 @@ macro_rules! found {
             pub(super) fn normal(&self, ray: &Ray<'_>, object: &PreparedObject, index: u32) -> Vec3 {
                 let texels = object.map.words();
                 match self {
+                    $($($(Found::$special(entry, traced) if is_stack(ray) => {
+                        <$special_facet as Facet>::over(object, index, |over| {
+                            let texels = &$words(texels);
+                            trace::normals::<$special, _, _>(ray, over, texels, entry, traced).carved
+                        })
+                    })?)*)*
                     $(Found::$model(entry, traced) => <$facet as Facet>::over(object, index, |over| {
                         trace::normals::<$model, _, _>(ray, over, texels, entry, traced).carved
                     }),)*
@@ -136,6 +168,12 @@ macro_rules! found {
             ) -> (UVec4, UVec4) {
                 let texels = object.map.words();
                 match self {
+                    $($($(Found::$special(entry, traced) if is_stack(ray) => {
+                        <$special_facet as Facet>::over(object, index, |over| {
+                            let texels = &$words(texels);
+                            gbuffer::words::<$special, _, _>(ray, over, texels, entry, traced, index)
+                        })
+                    })?)*)*
                     $(Found::$model(entry, traced) => <$facet as Facet>::over(object, index, |over| {
                         gbuffer::words::<$model, _, _>(ray, over, texels, entry, traced, index)
                     }),)*
@@ -146,12 +184,13 @@ macro_rules! found {
             pub(super) fn color(&self, ray: &Ray<'_>, object: &PreparedObject, index: u32) -> Vec3 {
                 let texels = object.map.words();
                 match self {
+                    $($($(Found::$special(entry, traced) if is_stack(ray) => {
+                        <$special_facet as Facet>::over(object, index, |over| {
+                            color::<$special, _, _>(ray, over, &$words(texels), entry, traced)
+                        })
+                    })?)*)*
                     $(Found::$model(entry, traced) => <$facet as Facet>::over(object, index, |over| {
-                        if ray.object.self_shadow != 0 {
-                            trace::color::<true, $model, _, _>(ray, over, texels, entry, traced)
-                        } else {
-                            trace::color::<false, $model, _, _>(ray, over, texels, entry, traced)
-                        }
+                        color::<$model, _, _>(ray, over, texels, entry, traced)
                     }),)*
                 }
             }
@@ -160,3 +199,23 @@ macro_rules! found {
 }
 
 for_each_search!(found);
+
+/// Whether the object of a ray is a stack of layers.
+fn is_stack(ray: &Ray<'_>) -> bool {
+    ray.object.profile == LAYERED
+}
+
+/// Linear RGB of a hit.
+fn color<M: Model<Over>, Over, T: Texels + ?Sized>(
+    ray: &Ray<'_>,
+    over: &Over,
+    texels: &T,
+    entry: &M::Entry,
+    traced: &Traced<M::Place>,
+) -> Vec3 {
+    if ray.object.self_shadow != 0 {
+        trace::color::<true, M, _, _>(ray, over, texels, entry, traced)
+    } else {
+        trace::color::<false, M, _, _>(ray, over, texels, entry, traced)
+    }
+}

@@ -97,6 +97,19 @@ impl DistanceField {
         })
     }
 
+    /// Returns the rows of all `fields`, which have one width, one field below the other.
+    pub(super) fn joined(fields: &[DistanceField]) -> DistanceField {
+        DistanceField {
+            width: fields[0].width,
+            height: fields.iter().map(|field| field.height).sum(),
+            values: fields
+                .iter()
+                .flat_map(|field| &field.values)
+                .copied()
+                .collect(),
+        }
+    }
+
     /// Returns one value, in texels; coordinates wrap around.
     pub fn get(&self, x: u32, y: u32) -> f32 {
         let (x, y) = ((x % self.width) as usize, (y % self.height) as usize);

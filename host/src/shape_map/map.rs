@@ -12,7 +12,8 @@
 //! ```
 
 use super::distance::DistanceField;
-use super::storage::{Coding, Encoding, Storage, largest_code};
+use super::storage::{Coding, Encoding, Storage, largest_code, pack};
+use std::sync::Arc;
 
 /// Signed distances to the pattern in one of four forms, as 32-bit words.
 ///
@@ -61,6 +62,31 @@ impl ShapeMap {
             coding,
             words,
         }
+    }
+
+    /// Encodes `fields` of one size with the same step and bias: one map each.
+    pub(crate) fn encode_all(fields: &[DistanceField], storage: Storage) -> Vec<Self> {
+        let all = Self::encode(&DistanceField::joined(fields), storage);
+        let texels: Vec<usize> = (0..all.width as usize * all.height as usize).collect();
+        let size = [fields[0].width(), fields[0].height()];
+        texels
+            .chunks(texels.len() / fields.len())
+            .map(|texels| {
+                let words = pack(storage.bits(), texels, |index| all.texel_at(index));
+                Self::new(size, storage, all.coding, words)
+            })
+            .collect()
+    }
+
+    /// Returns a map whose words hold the texels of `maps`, one map after the other, and then
+    /// `records`. The maps have one size and one coding, which are those of the result.
+    pub(crate) fn joined(maps: &[Arc<ShapeMap>], records: Vec<u32>) -> Self {
+        let count = maps[0].width as usize * maps[0].height as usize;
+        let texels: Vec<usize> = (0..count * maps.len()).collect();
+        let texel = |index: usize| maps[index / count].texel_at(index % count);
+        let mut words = pack(maps[0].storage.bits(), &texels, texel);
+        words.extend(records);
+        ShapeMap { words, ..*maps[0] }
     }
 
     /// Creates a map from its packed texels.
@@ -197,7 +223,6 @@ impl ShapeMap {
 #[cfg(test)]
 mod tests {
     use super::super::distance::tests::patterns;
-    use super::super::storage::pack;
     use super::super::{Pattern, signed_distance_field};
     use super::*;
     use proptest::prelude::*;

@@ -20,6 +20,7 @@
 
 use crate::prepare::PreparedScene;
 use crate::scene::{Search, Technique, Tier};
+use relievo_shared::layers::LAYERED;
 use relievo_shared::layout::Object;
 use relievo_shared::profile;
 use relievo_shared::shaders::search_of;
@@ -83,12 +84,19 @@ pub fn for_each_variant<E>(
             }
             for object in &mut scene.objects {
                 let parameters = &mut object.parameters;
+                let is_stack = parameters.profile == LAYERED;
+                // Neither draws layers.
+                if is_stack && (relief || tier == Tier::Paper) {
+                    continue;
+                }
                 parameters.tier = tier.code();
-                parameters.extension = extrusion.extension as f32;
-                parameters.bevel = extrusion.bevel as f32;
-                parameters.chamfer = extrusion.chamfer as f32;
-                parameters.profile = extrusion.profile;
-                parameters.parts = extrusion.parts;
+                if !is_stack {
+                    parameters.extension = extrusion.extension as f32;
+                    parameters.bevel = extrusion.bevel as f32;
+                    parameters.chamfer = extrusion.chamfer as f32;
+                    parameters.profile = extrusion.profile;
+                    parameters.parts = extrusion.parts;
+                }
                 parameters.cut_out = variation.cut_out.into();
                 parameters.self_shadow = variation.self_shadow.into();
                 parameters.search = search_of(tier.code(), relief);

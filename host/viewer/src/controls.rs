@@ -281,8 +281,12 @@ impl<'a> Controls<'a> {
     /// Shows the sliders of the technique's parameters.
     fn technique(&mut self, object: &mut SceneObject) {
         let mut technique = object.technique();
-        let all = Technique::ALL.into_iter();
-        let all = all.map(|technique| (technique, technique.name()));
+        // Relief mapping draws no layers, and would lose them.
+        let is_drawn = |technique: &Technique| {
+            object.layers.is_empty() || technique.search() == Search::Extrusion
+        };
+        let all = Technique::ALL.into_iter().filter(is_drawn);
+        let all: Vec<_> = all.map(|technique| (technique, technique.name())).collect();
         if self.choice("Technique", &mut technique, all) {
             object.set_technique(technique);
             object.tidy();
@@ -359,7 +363,10 @@ impl<'a> Controls<'a> {
             return;
         }
         if is_ours {
-            let tiers = Tier::ALL.into_iter().map(|tier| (tier, tier.name()));
+            // So would the paper's tier.
+            let tiers = Tier::ALL.into_iter();
+            let tiers = tiers.filter(|tier| object.layers.is_empty() || *tier != Tier::Paper);
+            let tiers: Vec<_> = tiers.map(|tier| (tier, tier.name())).collect();
             if self.choice("Tier", &mut object.tier, tiers) {
                 object.tidy();
             }

@@ -30,9 +30,12 @@ fn read() -> Result<Vec<SceneObject>, relievo::scene::SceneError> {
     let mut scene = Scene::parse_with(TABLE, path, &Limits::default(), Files::memory(files))?;
     for object in &mut scene.objects {
         // Scenes hold a drawing itself, and need no file then.
-        let label = object.shape.label();
-        if let Some((_, document)) = drawings.iter().find(|(name, _)| *name == label) {
-            object.shape = Shape::svg(document);
+        let layers = object.layers.iter_mut().map(|layer| &mut layer.shape);
+        for shape in std::iter::once(&mut object.shape).chain(layers) {
+            let label = shape.label();
+            if let Some((_, document)) = drawings.iter().find(|(name, _)| *name == label) {
+                *shape = Shape::svg(document);
+            }
         }
     }
     Ok(scene.objects)
@@ -54,6 +57,7 @@ pub fn apply(preset: &SceneObject, object: &mut SceneObject, mesh: Option<&Mesh>
     object.self_shadow = preset.self_shadow;
     object.material = preset.material;
     object.finish = preset.finish;
+    object.layers = preset.layers;
     let size = mesh.map_or(1.0, |mesh| mesh.bounds.diagonal());
     object.depth = preset.depth.map(|depth| size * depth);
     let unit = mesh.map_or([size; 2], |mesh| {

@@ -143,6 +143,9 @@ pub struct Hit {
     pub depth_fraction: Real,
     /// Steps of the linear search.
     pub steps: u32,
+    /// Which of its [`layers`](crate::layers) a stack was hit in; at the floor, which stands
+    /// nearest.
+    pub layer: u32,
 }
 
 /// A [`Hit`] with its place in the model's terms.

@@ -4,10 +4,10 @@ use super::{Found, Model, Normals, Place, Ray, Traced};
 use crate::arithmetic::{div, kept, kept3, max, sqrt};
 use crate::exit::Exits;
 use crate::layout::{Frame, Object, vec3};
-use crate::normals::{CLASS_CAP, CLASS_WALL, HitSurface, normal_at};
+use crate::normals::{CLASS_WALL, HitSurface, normal_at};
 use crate::prism::{Prism, PrismFrame};
 use crate::profile::Profile;
-use crate::shadow::{CLEARANCE, away};
+use crate::shadow::{CLEARANCE, away, is_above};
 use crate::shape_map::{ShapeMap, Texels};
 use crate::walk::{self, Field, PrismList};
 use crate::{Real, Vec2, Vec3};
@@ -144,8 +144,7 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
     ) -> bool {
         let object = ray.object;
         let to_light = vec3(ray.frame.light_direction);
-        // Nothing stands on the cap.
-        if traced.hit.class == CLASS_CAP {
+        if is_above::<T>(traced.hit.class, traced.hit.depth_fraction) {
             return true;
         }
         if to_light.dot(normals.smooth) <= 0.0 {
@@ -161,15 +160,19 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
         } else {
             x.z = max(x.z - profile.depth_of_growth(CLEARANCE), 0.0);
             let (uv, depth_fraction) = (traced.hit.uv, traced.hit.depth_fraction);
-            normal_at(
-                CLASS_WALL,
-                object,
-                &map,
-                texels,
-                surface,
-                uv,
-                depth_fraction,
-            )
+            if T::IS_STACK {
+                normals.carved
+            } else {
+                normal_at(
+                    CLASS_WALL,
+                    object,
+                    &map,
+                    texels,
+                    surface,
+                    uv,
+                    depth_fraction,
+                )
+            }
         };
         // Start beside it.
         let sideways = away(side, normals.smooth);

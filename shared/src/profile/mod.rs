@@ -13,6 +13,7 @@ pub mod straight;
 use crate::Real;
 use crate::arithmetic::{div, max};
 use crate::layout::Object;
+use crate::trace::word;
 use straight::Straight;
 
 /// The shape of r(δ) between the cap and δ = c.
@@ -113,6 +114,47 @@ impl Profile {
             // Read from the object, since specialised shaders know it when compiled.
             grows: grows(object),
         }
+    }
+
+    /// Number of its [`words`](Profile::words).
+    pub const WORDS: usize = 8;
+
+    /// Returns it as words, for records of [`layers`](crate::layers).
+    pub fn words(&self) -> [u32; Profile::WORDS] {
+        [
+            self.number,
+            word(self.extension),
+            word(self.bevel),
+            word(self.chamfer),
+            word(self.inverse_bevel),
+            word(self.parts),
+            word(self.part_width),
+            word(self.inverse_part_width),
+        ]
+    }
+
+    /// Returns the profile whose [`words`](Profile::words) `word` reads.
+    #[inline]
+    pub fn from_words(word: impl Fn(u32) -> u32) -> Profile {
+        let number = |i: u32| f32::from_bits(word(i)) as Real;
+        let bevel = number(2);
+        Profile {
+            number: word(0),
+            extension: number(1),
+            bevel,
+            chamfer: number(3),
+            inverse_bevel: number(4),
+            parts: number(5),
+            part_width: number(6),
+            inverse_part_width: number(7),
+            grows: bevel != 0.0,
+        }
+    }
+
+    /// Returns the number of its parts, or of the [`layers`](crate::layers) of a stack.
+    #[inline]
+    pub fn parts(&self) -> u32 {
+        self.parts as u32
     }
 
     /// Returns whether it is the straight profile.

@@ -138,6 +138,30 @@ impl Sample {
         Sample::new(width, &signed_distances(width, pattern), form)
     }
 
+    /// Patterns of the same size whose words are one after the other, in each sample.
+    pub(crate) fn stacked(width: usize, patterns: &[Vec<bool>], form: Form) -> Vec<Sample> {
+        let distances = patterns
+            .iter()
+            .map(|pattern| signed_distances(width, pattern));
+        let all = Sample::new(width, &distances.collect::<Vec<_>>().concat(), form);
+        let texels = all.values.len() / patterns.len();
+        let height = all.height / patterns.len();
+        let object = Object {
+            map_size: [width as f32, height as f32],
+            ..all.object
+        };
+        all.values
+            .chunks(texels)
+            .map(|values| Sample {
+                object: object.complete(),
+                words: all.words.clone(),
+                width,
+                height,
+                values: values.to_vec(),
+            })
+            .collect()
+    }
+
     /// A random pattern of 1…40 × 1…40 texels in a random form.
     pub(crate) fn random(random: &mut Random) -> Sample {
         let (width, pattern) = random_pattern(random);

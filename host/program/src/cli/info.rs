@@ -162,19 +162,30 @@ fn show(
                 prepared.depth
             ))?;
         }
+        let own = match prepared.layers.first() {
+            Some(layer) => &layer.parameters,
+            None => parameters,
+        };
         say(format_args!(
             "  extrusion: repeat {:?}, depth {}, e {}, b {}, c {}, {:?}, {} steps and {} bisections{}{}",
             object.repeat,
             parameters.depth,
-            parameters.extension,
-            parameters.bevel,
-            parameters.chamfer,
+            own.extension,
+            own.bevel,
+            own.chamfer,
             object.tier,
             parameters.linear_steps,
             parameters.binary_steps,
             if object.cut_out { ", cut out" } else { "" },
             if object.raised { ", raised" } else { "" }
         ))?;
+        for (layer, prepared) in object.layers.iter().zip(prepared.layers.iter().skip(1)) {
+            let own = &prepared.parameters;
+            say(format_args!(
+                "  layer {}: δ {} to {}, e {}, b {}, c {}",
+                layer.shape, layer.top, layer.bottom, own.extension, own.bevel, own.chamfer
+            ))?;
+        }
     }
     say(format_args!(
         "prepared in {:.3} s",

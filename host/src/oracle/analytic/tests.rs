@@ -38,6 +38,8 @@ fn oracle<'a>(map: &'a ShapeMap, shape: &'a dyn Shape) -> AnalyticOracle<'a> {
         repeat: [12.0, 5.0],
         depth: 0.1,
         profile: profile(map, BEVELED),
+        layers: Vec::new(),
+        slope: 0.0,
         cut_out: false,
     }
 }

@@ -1,5 +1,6 @@
 //! The materials of objects, and how patterns lie on their facets.
 
+use super::super::layers::{Described, described, material_slots};
 use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
 use super::cells::cells;
@@ -10,6 +11,7 @@ use crate::Error;
 use crate::limits::Account;
 use crate::mesh::MeshTriangle;
 use crate::scene::{self, Color, PhysicalMaterial, Scene, SceneObject};
+use crate::shape_map::ShapeMap;
 use rayon::prelude::*;
 use relievo_shared::gbuffer::{KNOWS_EDGES, KNOWS_MESH, MOST_FACETS, MOST_FINISHES};
 use relievo_shared::layout::{FORMAT_PAPER, Object};
@@ -47,12 +49,10 @@ pub(super) fn finishes(
         }
         let object = &scene.objects[prepared.number];
         let number = finishes.len() as u32 / FINISHES;
-        let is_of_mesh = object.finish.is_of_mesh();
-        let slots = match is_of_mesh {
-            true => prepared.mesh.materials.len().max(1),
-            false => 1,
-        };
-        if number as usize + slots > MOST_FINISHES as usize {
+        let has_mesh_materials = object.is_of_mesh();
+        let slots = material_slots(object, &prepared.mesh);
+        let layers = 1 + object.layers.len();
+        if number as usize + slots * layers > MOST_FINISHES as usize {
             return Err(Error::Object {
                 scene: scene.path.clone(),
                 name: object.name.clone(),
@@ -82,73 +82,85 @@ pub(super) fn finishes(
             triangles.len() as u64,
             size_of::<FacetMaterial>() as u64,
         )?;
-        let made = slots as u64 * u64::from(FINISHES);
+        let made = (slots * layers) as u64 * u64::from(FINISHES);
         account.take(&object.name, made, size_of::<Finish>() as u64)?;
         let first_facet = facets.len() as u32;
         facets.par_extend(triangles.par_iter().map(|triangle| {
-            let slot = if is_of_mesh { triangle.material } else { 0 };
+            let slot = if has_mesh_materials {
+                triangle.material
+            } else {
+                0
+            };
             on_facet(triangle, object.repeat, slot)
         }));
-        let mesh_materials = match is_of_mesh {
+        let mesh_materials = match has_mesh_materials {
             true => of_meshes.materials(object, &prepared.mesh, pictures, words, account)?,
             false => vec![Material::default()],
         };
-        let (cells, cell_width) = cells_of(scene, object, prepared, words, account)?;
-        let (chart, gap) = chart_of(scene, object, prepared, words, account)?;
-        // In the order of the classes; `None` is that of the mesh.
-        let mut classes: Vec<(Option<Material>, Image)> = Vec::new();
-        for (name, color) in [
-            (&object.finish.cap, object.material.cap),
-            (&object.finish.wall, object.material.wall),
-            (&object.finish.bevel, object.material.bevel),
-            (&object.finish.floor, object.material.floor),
-        ] {
-            let mut materials = scene.materials.iter();
-            let named =
-                materials.find(|material| name.as_ref().is_some_and(|name| *name == material.name));
-            let material = match (named, name.as_deref()) {
-                (Some(material), _) => Some(named_material(material, pictures, words, account)?),
-                (None, Some(scene::Finish::OF_MESH)) => None,
-                (None, _) => Some(plain_material(color, &object.material)),
+        for (index, layer) in described(object).enumerate() {
+            let (map, parameters) = match prepared.layers.get(index) {
+                Some(layer) => (&layer.map, &layer.parameters),
+                None => (&prepared.map, &prepared.parameters),
             };
-            let cells = match named.is_some_and(PhysicalMaterial::varies) {
-                true => cells,
-                false => Image::default(),
-            };
-            classes.push((material, cells));
-        }
-        for mesh_material in mesh_materials {
-            finishes.extend(classes.iter().map(|(material, cells)| Finish {
-                material: material.unwrap_or(mesh_material),
-                first_facet,
-                depth: prepared.parameters.depth,
-                inverse_repeat: object.repeat.map(|repeat| (1.0 / repeat) as f32),
-                period: object.repeat.map(|repeat| match repeat.fract() == 0.0 {
-                    true => repeat as f32,
-                    false => 0.0,
-                }),
-                cells: *cells,
-                seed: prepared.number as u32,
-                growth: growth(&prepared.parameters),
-                side: match grows_mostly(&prepared.parameters) {
-                    true => CLASS_BEVEL,
-                    false => CLASS_WALL,
-                },
-                cell_width,
-                chart,
-                gap,
-            }));
+            let (cells, cell_width) = cells_of(scene, &layer, map, words, account)?;
+            let (chart, gap) = chart_of(scene, object, prepared, words, account)?;
+            // In the order of the classes; `None` is that of the mesh.
+            let mut classes: Vec<(Option<Material>, Image)> = Vec::new();
+            for (name, color) in [
+                (&layer.finish.cap, layer.material.cap),
+                (&layer.finish.wall, layer.material.wall),
+                (&layer.finish.bevel, layer.material.bevel),
+                (&layer.finish.floor, layer.material.floor),
+            ] {
+                let mut materials = scene.materials.iter();
+                let named = materials
+                    .find(|material| name.as_ref().is_some_and(|name| *name == material.name));
+                let material = match (named, name.as_deref()) {
+                    (Some(material), _) => {
+                        Some(named_material(material, pictures, words, account)?)
+                    }
+                    (None, Some(scene::Finish::OF_MESH)) => None,
+                    (None, _) => Some(plain_material(color, &object.material)),
+                };
+                let cells = match named.is_some_and(PhysicalMaterial::varies) {
+                    true => cells,
+                    false => Image::default(),
+                };
+                classes.push((material, cells));
+            }
+            for mesh_material in &mesh_materials {
+                finishes.extend(classes.iter().map(|(material, cells)| Finish {
+                    material: material.unwrap_or(*mesh_material),
+                    first_facet,
+                    depth: prepared.parameters.depth,
+                    inverse_repeat: object.repeat.map(|repeat| (1.0 / repeat) as f32),
+                    period: object.repeat.map(|repeat| match repeat.fract() == 0.0 {
+                        true => repeat as f32,
+                        false => 0.0,
+                    }),
+                    cells: *cells,
+                    seed: prepared.number as u32,
+                    growth: growth(parameters),
+                    side: match grows_mostly(parameters) {
+                        true => CLASS_BEVEL,
+                        false => CLASS_WALL,
+                    },
+                    cell_width,
+                    chart,
+                    gap,
+                }));
+            }
         }
     }
     Ok((finishes, facets))
 }
 
-/// Returns the cells of an object's pattern, if one of its materials varies from cell to cell, and
+/// Returns the cells of the pattern of `layer`, whose map is `map`, if one of its materials varies from cell to cell, and
 /// the width of a cell, texels.
 fn cells_of(
     scene: &Scene,
-    object: &SceneObject,
-    prepared: &PreparedObject,
+    layer: &Described<'_>,
+    map: &ShapeMap,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
 ) -> Result<(Image, f32), Error> {
@@ -156,13 +168,13 @@ fn cells_of(
         let mut materials = scene.materials.iter();
         materials.any(|material| material.name == name && material.varies())
     };
-    if !object.finish.names().any(varies) {
+    if !layer.finish.names().any(varies) {
         return Ok((Image::default(), 0.0));
     }
-    let [width, height] = [prepared.map.width(), prepared.map.height()];
-    account.take(&object.shape, u64::from(width) * u64::from(height), 32)?;
+    let [width, height] = [map.width(), map.height()];
+    account.take(layer.shape, u64::from(width) * u64::from(height), 32)?;
     let first = words.len() as u32;
-    let cells = cells(&prepared.map);
+    let cells = cells(map);
     words.extend(cells.words);
     let image = Image {
         first,
@@ -189,8 +201,9 @@ fn chart_of(
         ..
     } = prepared.parameters;
     // The paper's maps have no distances inside the pattern, and what is seen through holes is
-    // no surface of the object.
-    if !scene.smooth_edges || map_format == FORMAT_PAPER || cut_out != 0 {
+    // no surface of the object. Layers have no mean.
+    let has_none = map_format == FORMAT_PAPER || cut_out != 0 || !prepared.layers.is_empty();
+    if !scene.smooth_edges || has_none {
         return Ok((Image::default(), 0.0));
     }
     let map = &prepared.map;

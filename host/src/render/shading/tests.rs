@@ -259,10 +259,12 @@ fn grounds_and_walls_of_a_groove_see_a_strip_of_sky() {
             repeat: relievo_shared::Vec2::ZERO,
             depth_fraction: depth_fraction as f32,
             steps: 1,
+            layer: 0,
         };
         let (distance, gradient) = (map.distance(words, uv), map.gradient(words, uv));
         f64::from(openness(
             &object.parameters,
+            &map,
             words,
             &hit,
             distance,

@@ -24,9 +24,7 @@ use std::fmt;
 use std::path::Path;
 
 use form::Form;
-#[cfg(test)]
-pub(super) use form::pack;
-pub(super) use form::{Coding, File, largest_code};
+pub(super) use form::{Coding, File, largest_code, pack};
 
 /// Defines [`Storage`] from its list of forms.
 macro_rules! storages {

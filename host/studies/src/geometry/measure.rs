@@ -146,6 +146,9 @@ pub fn check(scene: &Scene) -> Result<(), GeometryError> {
     if object.extrusion.bevel > 0.0 || object.search == Search::Relief {
         return unsuitable("write technique = \"basic\"; the triangles have upright walls");
     }
+    if !object.layers.is_empty() {
+        return unsuitable("leave out the layers; one pattern is compared with triangles");
+    }
     if object.cut_out {
         return unsuitable("leave out cut_out; the backs of triangles would be seen through it");
     }
