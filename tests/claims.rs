@@ -10,6 +10,7 @@ mod desk;
 mod golden;
 mod hostile;
 mod jobs;
+mod layers;
 mod oracle;
 mod program;
 

@@ -6,7 +6,7 @@
 
 use crate::layers;
 use crate::layout::{FORMAT_CODES, Object, TIER_FAST, TIER_PLANAR};
-use crate::profile::{self, grows, know_straight, know_upright};
+use crate::profile::{self, grows, know_layered, know_straight, know_upright};
 
 /// The tier is the planar one.
 pub const PLANAR: u32 = 1;
@@ -53,7 +53,7 @@ pub fn known<const FACTS: u32>(object: &Object) -> Object {
         know_straight(&mut known);
     }
     if FACTS & LAYERED != 0 {
-        known.profile = layers::LAYERED;
+        know_layered(&mut known);
     }
     known
 }

@@ -18,7 +18,7 @@ use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
 use crate::edge::{self, Edge, from_turn, turn_of};
 use crate::layers;
 use crate::layout::vec3;
-use crate::model::{Model, Place, Ray, Traced};
+use crate::model::{Model, Normals, Place, Ray, Traced};
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL, HitSurface};
 use crate::openness::openness;
 use crate::shape_map::{ShapeMap, Texels};
@@ -243,12 +243,14 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     let (mut distance, mut gradient) = (0.0, Vec2::ZERO);
     let open;
     let mut seen = *hit;
+    let mut up = normals.smooth;
     if T::IS_STACK {
         let around = layers::around(object, texels, hit, density);
         distance = around.distance;
         gradient = around.gradient;
         open = around.openness;
         seen = around.hit;
+        up = normals.smooth * around.up;
     } else {
         if knows_edges || hit.class != CLASS_CAP {
             let map = ShapeMap::new(object);
@@ -260,6 +262,10 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     }
     let (edge_distance, edge_direction) = if knows_edges {
         let slopes = [gradients.0, gradients.1];
+        let normals = Normals {
+            smooth: up,
+            ..normals
+        };
         edge::codes(ray, &seen, &normals, distance, gradient, slopes)
     } else {
         (edge::FAR_AWAY, 0)

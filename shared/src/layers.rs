@@ -1,5 +1,5 @@
 //! Layers: a stack of extrusions, each with its own pattern, depth range and profile, which one
-//! march searches at once (section 5).
+//! march searches at once (section 2).
 //!
 //! The words of a stack are the texels of its layers, one after the other, all of the same size and
 //! form, and then a record of [`RECORD`] words for each layer. The first layer has the object's own
@@ -291,9 +291,11 @@ pub fn finish<T: Texels + ?Sized>(object: &Object, texels: &T, hit: &Hit) -> u32
 #[cfg(not(feature = "double"))]
 #[derive(Clone, Copy)]
 pub struct Around {
-    /// The hit with its δ counted from the top of the layer that ends it, or stands by it; a cap at the
-    /// foot of another layer is that layer's floor.
+    /// The hit with its δ counted from the nearer end of its layer; a cap at the foot of another
+    /// layer is that layer's floor.
     pub hit: Hit,
+    /// −1 if that end is the bottom, where a side ends in the air; else 1.
+    pub up: Real,
     /// Distance to the outline of that layer, less its radius, texels.
     pub distance: Real,
     /// The gradient of that layer's map there, texels per texel.
@@ -348,8 +350,18 @@ pub fn around<T: Texels + ?Sized>(object: &Object, texels: &T, hit: &Hit, densit
         let map = map.of_layer(hit.layer);
         openness(object, &map, texels, &seen, outline, gradient, density)
     };
+    let down = own.bottom - hit.depth_fraction;
+    let is_at_bottom = !is_cap && own.bottom < 1.0 && down < seen.depth_fraction;
     Around {
-        hit: seen,
+        hit: Hit {
+            depth_fraction: if is_at_bottom {
+                down
+            } else {
+                seen.depth_fraction
+            },
+            ..seen
+        },
+        up: if is_at_bottom { -1.0 } else { 1.0 },
         distance: if is_foot { foot } else { outline },
         gradient,
         openness,

@@ -4,9 +4,9 @@ use super::object::check_growth;
 use crate::mesh::Mesh;
 use crate::scene::{Extrusion, Finish, Layer, Material, SceneObject, Shape};
 use crate::shape_map::{DistanceField, ShapeMap};
-use relievo_shared::layers::{self, LAYERED};
+use relievo_shared::layers;
 use relievo_shared::layout::Object;
-use relievo_shared::profile::Profile;
+use relievo_shared::profile::{Profile, know_layered};
 use std::sync::Arc;
 
 /// One layer of an object.
@@ -111,11 +111,9 @@ pub(super) fn stack(
         part.record(number * slots, colors.map(|color| color.linear()))
     });
     let map = ShapeMap::joined(maps, records.collect());
-    parameters.extension = 0.0;
     parameters.bevel = slope / parameters.map_size[0];
-    parameters.chamfer = 0.0;
-    parameters.profile = LAYERED;
     parameters.parts = parts.len() as u32;
+    know_layered(parameters);
     *parameters = parameters.complete();
     Ok((Arc::new(map), prepared))
 }

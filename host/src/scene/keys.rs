@@ -396,7 +396,6 @@ macro_rules! part_keys {
             part_key!($owner, "cap", cap, "The mesh surface on the pattern: a colour, the name of a `[[material]]`, or `@mesh` for the materials of the mesh file ([parts](#parts))."),
             part_key!($owner, "wall", wall, "Upright walls, likewise."),
             part_key!($owner, "bevel", bevel, "Bevels and chamfers, likewise."),
-            part_key!($owner, "floor", floor, "The floor between the columns, likewise."),
             $($more),*
         ]
     };
@@ -405,6 +404,7 @@ macro_rules! part_keys {
 /// Keys of the table `[object.material]`.
 pub static MATERIAL: &[Key<SceneObject>] = part_keys!(
     SceneObject,
+    part_key!(SceneObject, "floor", floor, "The floor between the columns, likewise."),
     key!(SceneObject, "specular", material.specular: f64, "Strength of the highlight of colours, in scenes that are not lit physically.")
         .range(0.0, 1.0)
         .slider("Highlight", 0.0, 1.0),

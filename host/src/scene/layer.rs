@@ -32,7 +32,7 @@ pub struct Layer {
     pub bottom: f64,
     /// Growth; its δ runs from 0 at `top` to 1 at `bottom`.
     pub extrusion: Extrusion,
-    /// Colours. The gloss is the object's.
+    /// Colours. Floor and gloss are the object's.
     pub material: Material,
     /// Materials of the scene in place of the colours.
     pub finish: Finish,

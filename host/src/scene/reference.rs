@@ -177,9 +177,13 @@ A part is carved as if the rest of the mesh were not there: where it ends, so do
 const LAYERS: &str = "
 ## Layers
 
+![Arched windows in a round wall: sills, plaster, frames and glazing bars before glass](images/windows.png)
+
+`relievo render assets/scenes/windows.toml --size 560x420 -o docs/images/windows.png`
+
 An object may carry further patterns, at most 7. Each has its own part of the depth, its own technique
-and its own material; the first hit of a ray among all of them is seen. Here the caps of frames are at
-40 % of the depth:
+and its own material, and all are searched at once ([section 2](algorithm.md#2-profiles-one-formula-for-all-extrusions)).
+Here the caps of frames are at 40 % of the depth, behind the wall, and bars hang before the floor:
 
 ```toml
 [[object]]
@@ -192,12 +196,19 @@ shape = \"frames.svg\"
 top = 0.4
 bevel = 0.01
 material = { cap = \"#ffffff\", wall = \"#c0c0c0\" }
+
+[[object.layer]]
+shape = \"bars.svg\"
+top = 0.6
+bottom = 0.8
 ```
 
-`[object.layer.material]` has the keys `cap`, `wall`, `bevel` and `floor` of `[object.material]`. Those that a
-layer leaves out are as in the object's table; `raster`, `repeat`, the keys of the map and the gloss are
-the object's. `bevel` and `chamfer` are measured in the layer's part of the depth. Layers need the tiers
-`planar`, `fast` or `accurate`, and no `relief`. Tracks do not change them.
+All patterns of an object have one size in pixels: draw them on one canvas. `raster`, `repeat`, the keys of the
+map and the gloss are the object's, and so is the floor. `[object.layer.material]` has the keys `cap`, `wall` and `bevel`
+of `[object.material]`; those that a layer leaves out are as in the object's table. `bevel` and `chamfer`
+are measured in the layer's part of the depth. Layers need the tiers `planar`, `fast` or `accurate`, no
+`relief`, and no baked shape map. Tracks do not change them. Where [engines](export.md) call the hit function, a hit does
+not tell its layer: all layers have the object's materials there.
 ";
 
 const ANIMATION: &str = "

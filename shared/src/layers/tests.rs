@@ -343,3 +343,31 @@ fn a_cap_ends_at_its_outline_or_at_the_foot_of_a_higher_layer() {
     let open = 0.5 + 0.5 * 2.0 / (2.0 * 2.0 + 6.4 * 6.4f32).sqrt();
     assert!((foot.openness - open).abs() < 1e-3, "{}", foot.openness);
 }
+
+#[test]
+fn the_side_of_a_layer_ends_at_its_cap_or_where_it_hangs() {
+    let ends = |bottom: Real, depth_fraction: Real| {
+        let (object, words) = bar(bottom);
+        let hit = Hit {
+            class: CLASS_WALL,
+            depth: 0.0,
+            t: 1.0,
+            uv: Vec2::new(0.502, 0.5),
+            repeat: Vec2::ZERO,
+            depth_fraction,
+            steps: 1,
+            layer: 0,
+        };
+        let around = around(&object, &Stacked(&words[..]), &hit, 1.0);
+        (around.up, around.hit.depth_fraction)
+    };
+    for (bottom, depth_fraction, up, away) in [
+        (0.75, 0.53, 1.0, 0.03),
+        (0.75, 0.74, -1.0, 0.01),
+        (1.0, 0.99, 1.0, 0.49),
+    ] {
+        let found = ends(bottom, depth_fraction);
+        assert_eq!(found.0, up);
+        assert!((found.1 - away).abs() < 1e-6, "{found:?}");
+    }
+}

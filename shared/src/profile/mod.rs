@@ -12,6 +12,7 @@ pub mod straight;
 
 use crate::Real;
 use crate::arithmetic::{div, max};
+use crate::layers::LAYERED;
 use crate::layout::Object;
 use crate::trace::word;
 use straight::Straight;
@@ -333,6 +334,17 @@ pub fn grows_mostly(object: &Object) -> bool {
 pub fn know_upright(object: &mut Object) {
     object.bevel = 0.0;
     object.quotients.inverse_bevel = 0.0;
+}
+
+/// Lets the compiler know that `object` is a stack of [`layers`](crate::layers), whose growth is
+/// that of its layers.
+#[inline]
+pub fn know_layered(object: &mut Object) {
+    object.profile = LAYERED;
+    object.extension = 0.0;
+    object.chamfer = 0.0;
+    object.quotients.part_width = 0.0;
+    object.quotients.inverse_part_width = 0.0;
 }
 
 /// Lets the compiler know that the profile of `object` is straight.

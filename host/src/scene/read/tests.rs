@@ -406,7 +406,7 @@ bottom = 0.75
 bevel = 0.125
 threshold = 64
 invert = true
-material = { cap = '#ffffff', floor = 'oak' }
+material = { cap = '#ffffff', wall = 'oak' }
 ";
 
 #[test]
@@ -432,10 +432,7 @@ fn layers_have_the_materials_of_their_object_where_they_name_none() {
     assert_eq!(second.extrusion.bevel, 0.125);
     assert_eq!(second.material.cap, Color([1.0; 3]));
     assert_eq!(second.material.wall, Color::from_hex(0x102030));
-    assert_eq!(
-        second.finish.names().collect::<Vec<_>>(),
-        [("floor", "oak")]
-    );
+    assert_eq!(second.finish.names().collect::<Vec<_>>(), [("wall", "oak")]);
 
     let files = ["a.obj", "b.svg", "c.svg", "d.ttf"].map(|name| Path::new("folder").join(name));
     assert_eq!(scene.named_files(), files);
@@ -493,14 +490,14 @@ fn mistakes_in_layers_are_told_with_line_and_key() {
             "line 5, column 8: object 1: tier draws no layers; layers need the tiers planar, fast or accurate",
         ),
         (
-            "floor = 'oak'",
-            "floor = 'elm'",
-            "object 1: layer 2: material.floor is \"elm\", which is neither a colour nor a material; the materials are oak",
+            "wall = 'oak'",
+            "wall = 'elm'",
+            "object 1: layer 2: material.wall is \"elm\", which is neither a colour nor a material; the materials are oak",
         ),
         (
-            "floor = 'oak'",
+            "wall = 'oak'",
             "shininess = 3",
-            "object 1: layer 2: material.shininess is not a key; the keys here are cap, wall, bevel, floor",
+            "object 1: layer 2: material.shininess is not a key; the keys here are cap, wall, bevel",
         ),
         (
             "'c.svg'",

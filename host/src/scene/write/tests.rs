@@ -105,17 +105,16 @@ fn layer() -> impl Strategy<Value = Layer> {
         if technique.has("terraces") {
             extrusion.parts = parts;
         }
-        let [cap, wall, bevel, floor] = colors;
+        let [cap, wall, bevel, _] = colors;
         layer.material = Material {
             cap,
             wall,
             bevel,
-            floor,
             ..layer.material
         };
         if of_mesh {
             layer.finish = Finish {
-                floor: Some(Finish::OF_MESH.to_string()),
+                wall: Some(Finish::OF_MESH.to_string()),
                 ..Finish::default()
             };
         }
@@ -235,10 +234,11 @@ fn object() -> impl Strategy<Value = SceneObject> {
                 layers.clear();
             }
             for layer in &mut layers {
+                // Floor and gloss are the object's. A colour is not written where a name takes its place.
                 (layer.material.specular, layer.material.shininess) = (specular, shininess);
-                // A colour is not written where a name takes its place.
-                if layer.finish.floor.is_some() {
-                    layer.material.floor = floor;
+                layer.material.floor = floor;
+                if layer.finish.wall.is_some() {
+                    layer.material.wall = wall;
                 }
             }
             SceneObject {

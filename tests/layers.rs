@@ -1,0 +1,143 @@
+//! Objects with layers: against closed forms, on GPU and CPU, and what is refused.
+
+use glam::DVec3;
+use relievo::oracle::{Accuracy, AnalyticOracle, MeshOracle, Truth};
+use relievo::prepare::prepare;
+use relievo::render::gpu::{Choice, Shaders, signature};
+use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::scene::Scene;
+use relievo::verify::compare;
+use relievo_tests::{asset, every_adapter};
+
+/// An SVG document of 100 × 100 units with one path.
+fn drawing(path: &str) -> String {
+    format!(
+        "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 100 100'><path fill-rule='evenodd' d='{path}'/></svg>"
+    )
+}
+
+const WALL: &str = "M0 0H100V100H0Z M25 20H75V80H25Z";
+const FRAME: &str = "M25 20H75V80H25Z M33 28H67V72H33Z";
+const BARS: &str = "M47 20H53V80H47Z M25 47H75V53H25Z";
+
+/// A mesh of `assets/` with windows: a wall, frames that grow with the depth, and bars before
+/// the floor.
+fn windows(mesh: &str, eye: [f64; 3], repeat: [u32; 2], tier: &str) -> Scene {
+    let [wall, frame, bars] = [WALL, FRAME, BARS].map(drawing);
+    let text = format!(
+        r#"
+        [image]
+        size = [320, 240]
+        [camera]
+        eye = {eye:?}
+        fov = 38.0
+        [[object]]
+        mesh = "../meshes/{mesh}.obj"
+        shape = {{ svg = "{wall}" }}
+        raster = 128
+        repeat = {repeat:?}
+        depth = 0.08
+        tier = "{tier}"
+        self_shadow = true
+        [[object.layer]]
+        shape = {{ svg = "{frame}" }}
+        top = 0.4
+        bevel = 0.04
+        chamfer = 0.5
+        material = {{ cap = "tomato", wall = "teal", bevel = "gold" }}
+        [[object.layer]]
+        shape = {{ svg = "{bars}" }}
+        top = 0.6
+        bottom = 0.8
+        material = {{ cap = "white" }}
+        "#
+    );
+    Scene::parse(&text, &asset("scenes/test.toml")).unwrap()
+}
+
+const PLACES: [(&str, [f64; 3], [u32; 2]); 3] = [
+    ("cylinder", [1.0, 0.6, 2.6], [16, 8]),
+    ("sphere", [0.6, 0.9, 3.4], [16, 8]),
+    ("torus", [0.0, 2.3, 3.4], [24, 10]),
+];
+
+/// Compares the accurate tier with the closed form of a mesh and with its prisms in f64.
+fn accuracy(scene: &Scene) -> [Accuracy; 2] {
+    let prepared = prepare(scene, &|_| ()).unwrap();
+    let words = CpuRenderer::new(&prepared)
+        .geometry(&prepared.frame)
+        .unwrap();
+    let eye = DVec3::from(prepared.camera.eye);
+    let closed = AnalyticOracle::find(&scene.objects[0], &prepared.objects[0]).unwrap();
+    let closed = Truth::of(&closed, eye, &prepared.frame).compare(&words);
+    let prisms = MeshOracle::new(&prepared);
+    let prisms = Truth::of(&prisms, eye, &prepared.frame).compare(&words);
+    [closed, prisms]
+}
+
+#[test]
+fn layers_of_curved_surfaces_are_those_of_closed_forms() {
+    for (mesh, eye, repeat) in PLACES {
+        let [closed, prisms] = accuracy(&windows(mesh, eye, repeat, "accurate"));
+        println!("{mesh}: {closed:?}\n    {prisms:?}");
+        assert!(closed.silhouette_iou > 0.998, "{mesh}: {closed:?}");
+        assert!(closed.class_errors < 0.02, "{mesh}: {closed:?}");
+        assert!(prisms.silhouette_iou > 0.9999, "{mesh}: {prisms:?}");
+        assert_eq!(prisms.interior_holes, 0, "{mesh}: {prisms:?}");
+        assert!(prisms.class_errors < 0.002, "{mesh}: {prisms:?}");
+    }
+}
+
+#[test]
+fn layers_have_the_same_words_on_gpu_and_cpu_in_every_tier() {
+    for found in every_adapter().filter(|found| found.takes_spirv()) {
+        let fuses = Shaders::Fused.suit(&signature(&found.open().unwrap()).unwrap());
+        for tier in ["planar", "fast", "accurate"] {
+            let mut scene = windows("torus", [0.0, 2.3, 3.4], [12, 5], tier);
+            scene.size = [160, 120];
+            let scene = prepare(&scene, &|_| ()).unwrap();
+            let mut cpu = CpuRenderer::new(&scene);
+            let on_cpu = [
+                cpu.color(&scene.frame).unwrap(),
+                cpu.geometry(&scene.frame).unwrap(),
+            ];
+            for shaders in [Shaders::Exact, Shaders::Fused] {
+                if shaders == Shaders::Fused && !fuses {
+                    continue;
+                }
+                let mut gpu = GpuRenderer::new(&scene, &found, Choice::These(shaders)).unwrap();
+                let [color, geometry] = [
+                    gpu.color(&scene.frame).unwrap(),
+                    gpu.geometry(&scene.frame).unwrap(),
+                ];
+                let agreement = compare([&color, &on_cpu[0]], [&geometry, &on_cpu[1]]);
+                assert!(
+                    agreement.is_exact(),
+                    "{tier}, {shaders:?}, {}: {agreement:?}",
+                    found.describe()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn patterns_of_several_sizes_and_baked_maps_are_refused() {
+    let message = |change: &dyn Fn(&mut Scene)| {
+        let mut scene = windows("plane", [0.0, 2.0, 2.0], [2, 2], "fast");
+        change(&mut scene);
+        prepare(&scene, &|_| ())
+            .map(|_| ())
+            .unwrap_err()
+            .to_string()
+    };
+    let size = message(&|scene| {
+        scene.objects[0].layers[1].shape = asset("patterns/discs.png").into();
+    });
+    assert!(
+        size.contains("layer 2") && size.contains("discs.png") && size.contains("128 × 128"),
+        "{size}"
+    );
+    let grown = message(&|scene| scene.objects[0].layers[0].extrusion.extension = -0.9);
+    assert!(grown.contains("layer 1: the pattern shrinks"), "{grown}");
+}
