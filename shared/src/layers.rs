@@ -291,10 +291,10 @@ pub fn finish<T: Texels + ?Sized>(object: &Object, texels: &T, hit: &Hit) -> u32
 #[cfg(not(feature = "double"))]
 #[derive(Clone, Copy)]
 pub struct Around {
-    /// The hit with its δ counted from the nearer end of its layer; a cap at the foot of another
-    /// layer is that layer's floor.
+    /// The hit with its δ counted from the top of its layer, or to the bottom where the layer hangs; a
+    /// cap at the foot of another layer is that layer's floor.
     pub hit: Hit,
-    /// −1 if that end is the bottom, where a side ends in the air; else 1.
+    /// −1 where the layer hangs, else 1.
     pub up: Real,
     /// Distance to the outline of that layer, less its radius, texels.
     pub distance: Real,
@@ -350,18 +350,18 @@ pub fn around<T: Texels + ?Sized>(object: &Object, texels: &T, hit: &Hit, densit
         let map = map.of_layer(hit.layer);
         openness(object, &map, texels, &seen, outline, gradient, density)
     };
-    let down = own.bottom - hit.depth_fraction;
-    let is_at_bottom = !is_cap && own.bottom < 1.0 && down < seen.depth_fraction;
+    // A cap knows where a side begins.
+    let is_hanging = !is_cap && own.bottom < 1.0;
     Around {
         hit: Hit {
-            depth_fraction: if is_at_bottom {
-                down
+            depth_fraction: if is_hanging {
+                own.bottom - hit.depth_fraction
             } else {
                 seen.depth_fraction
             },
             ..seen
         },
-        up: if is_at_bottom { -1.0 } else { 1.0 },
+        up: if is_hanging { -1.0 } else { 1.0 },
         distance: if is_foot { foot } else { outline },
         gradient,
         openness,

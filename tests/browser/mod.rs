@@ -20,8 +20,9 @@ use std::time::{Duration, Instant};
 /// Timeout of any step: software drivers on two busy cores.
 const PATIENCE: Duration = Duration::from_secs(300);
 
-/// Largest download of WebAssembly, bytes.
-const LARGEST: u64 = 6_000_000;
+/// Largest WebAssembly as sent, bytes. Without link-time optimization it is larger than the page,
+/// which must stay under 6 MB.
+const LARGEST: u64 = 6_500_000;
 
 /// Builds the page, once; none if its tools are missing and not required.
 pub fn built() -> Option<PathBuf> {

@@ -5,7 +5,7 @@ use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::ColorWords;
 use relievo::render::gpu::{EntryPoints, Extent, Shaders};
 use relievo::render::{CpuRenderer, Renderer};
-use relievo::scene::{Scene, SceneObject, Search, Technique, Tier};
+use relievo::scene::{Layer, Scene, SceneObject, Search, Technique, Tier};
 use relievo::shape_map::Storage;
 use relievo_tests::asset;
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ pub struct Case {
 type Change = fn(&mut SceneObject);
 
 /// A scene for each fragment shader without shadows.
-const SEARCHES: [(&str, &str, Change); 10] = [
+const SEARCHES: [(&str, &str, Change); 12] = [
     ("planar", "torus_planar.toml", |object| {
         object.extrusion.bevel = 0.0;
     }),
@@ -43,11 +43,23 @@ const SEARCHES: [(&str, &str, Change); 10] = [
         object.tier = Tier::Paper;
         (object.steps, object.bisections) = Tier::Paper.default_effort();
     }),
+    ("layers", "torus.toml", add_layer),
+    ("prisms_layers", "torus_accurate.toml", add_layer),
     ("prisms_straight", "torus_accurate.toml", |_| ()),
     ("prisms", "torus_accurate.toml", |object| {
         object.set_technique(Technique::Stepped);
     }),
 ];
+
+/// Fills what the pattern leaves out, below.
+fn add_layer(object: &mut SceneObject) {
+    object.layers.push(Layer {
+        invert: !object.invert,
+        top: 0.5,
+        bottom: 0.75,
+        ..Layer::new(object.shape.clone()).with_technique(Technique::Chamfered)
+    });
+}
 
 /// A modified, small scene of `assets/scenes`.
 pub fn prepared(file: &str, change: impl Fn(&mut SceneObject)) -> PreparedScene {

@@ -19,13 +19,17 @@ use std::sync::OnceLock;
 
 /// Shaders that spill scalar registers to lanes of vector ones, by generation and folder.
 /// They must become fewer.
-const SPILL: [(&str, &str, &[&str]); 6] = [
+const SPILL: [(&str, &str, &[&str]); 9] = [
     // Four to ten registers.
     ("RDNA2", "relievo_exact", PRISMS),
     // Six registers and one.
     ("RDNA2", "relievo_fused", PRISMS.split_at(2).0),
     // Four registers.
     ("RDNA2", "relievo_fast", PRISMS.split_at(1).0),
+    // As those of one pattern.
+    ("RDNA2", "relievo_exact", LAYERS),
+    ("RDNA2", "relievo_fused", LAYERS.split_at(2).0),
+    ("RDNA2", "relievo_fast", LAYERS.split_at(1).0),
     // Six to twenty registers.
     ("RDNA2", "relievo_exact", &["shade_edges"]),
     ("RDNA2", "relievo_fused", &["shade_edges"]),
@@ -37,6 +41,12 @@ const PRISMS: &[&str] = &[
     "color_prisms_straight",
     "geometry_prisms_straight",
     "surface_prisms",
+];
+const LAYERS: &[&str] = &[
+    "surface_prisms_layers",
+    "color_prisms_layers_shadow",
+    "color_prisms_layers",
+    "geometry_prisms_layers",
 ];
 
 /// The folders of the renderer's modules.

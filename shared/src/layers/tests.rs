@@ -362,7 +362,7 @@ fn the_side_of_a_layer_ends_at_its_cap_or_where_it_hangs() {
         (around.up, around.hit.depth_fraction)
     };
     for (bottom, depth_fraction, up, away) in [
-        (0.75, 0.53, 1.0, 0.03),
+        (0.75, 0.53, -1.0, 0.22),
         (0.75, 0.74, -1.0, 0.01),
         (1.0, 0.99, 1.0, 0.49),
     ] {
