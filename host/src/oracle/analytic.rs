@@ -273,10 +273,10 @@ impl<'a> AnalyticOracle<'a> {
         }
         let foot = self.shape.foot(ray.at(inside));
         let fraction = foot.depth / self.own_depth();
-        let class = if fraction < 1e-4 || self.gap_and_face(&foot).1 {
-            CLASS_CAP
-        } else if fraction > 1.0 - 1e-6 && !self.cut_out {
+        let class = if fraction > 1.0 - 1e-6 && !self.cut_out {
             CLASS_FLOOR
+        } else if fraction < 1e-4 || self.gap_and_face(&foot).1 {
+            CLASS_CAP
         } else {
             CLASS_WALL
         };
