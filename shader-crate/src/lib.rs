@@ -24,7 +24,6 @@ use relievo_shared::facts::{CODES, CURVED, LAYERED, PLANAR, STRAIGHT, UPRIGHT, k
 use relievo_shared::gbuffer::Hits;
 #[cfg(not(feature = "corrected"))]
 use relievo_shared::intersection::{Camera, intersect};
-use relievo_shared::layers::Stacked;
 use relievo_shared::layout::{Frame, Object, PlanarTriangle, PrismData, Triangle};
 use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Flat, Model, Paper, Prisms, Quadric, Ray, Relief, Traced};
@@ -32,6 +31,7 @@ use relievo_shared::normals::CLASS_MISS;
 use relievo_shared::outline::{Outline, outline, outline_corner, prism_outline};
 use relievo_shared::shading::{self, FacetMaterial, Finish, Light, Lighting, ShadowMap, Tables};
 use relievo_shared::shape_map::Texels;
+use relievo_shared::stack::Stacked;
 use relievo_shared::walk::PrismList;
 use relievo_shared::{camera, for_each_facet, for_each_search, gbuffer, trace};
 use spirv_std::arch::{IndexUnchecked, kill};

@@ -4,7 +4,6 @@
 //! shaders that are given [`known`]. The values are those of the object, so that
 //! the results are the same.
 
-use crate::layers;
 use crate::layout::{FORMAT_CODES, Object, TIER_FAST, TIER_PLANAR};
 use crate::profile::{self, grows, know_layered, know_straight, know_upright};
 
@@ -19,7 +18,7 @@ pub const CODES: u32 = 8;
 /// The profile is straight: nothing but a bevel or a chamfer.
 pub const STRAIGHT: u32 = 16;
 
-/// The object is a stack of [`layers`](crate::layers). Only shaders for which it holds draw stacks.
+/// The object is a stack of layers ([`stack`](crate::stack)). Only shaders for which it holds draw stacks.
 pub const LAYERED: u32 = 32;
 
 /// Returns all facts that are true of `object`.
@@ -30,7 +29,7 @@ pub fn facts(object: &Object) -> u32 {
         | when(!grows(object), UPRIGHT)
         | when(object.map_format == FORMAT_CODES, CODES)
         | when(object.profile == profile::STRAIGHT, STRAIGHT)
-        | when(object.profile == layers::LAYERED, LAYERED)
+        | when(object.profile == profile::LAYERED, LAYERED)
 }
 
 /// Returns `object`, for which `FACTS` hold, with the fields they determine as constants.
@@ -71,7 +70,7 @@ mod tests {
                 for (map_format, profile) in [
                     (FORMAT_CODES, profile::STRAIGHT),
                     (FORMAT_FLOAT, profile::STRAIGHT),
-                    (FORMAT_CODES, layers::LAYERED),
+                    (FORMAT_CODES, profile::LAYERED),
                 ] {
                     let object = Object {
                         tier,

@@ -1,13 +1,9 @@
-//! Layers: a stack of extrusions, each with its own pattern, depth range and profile, which one
-//! march searches at once (section 2).
-//!
-//! The words of a stack are the texels of its layers, one after the other, all of the same size and
-//! form, and then a record of [`RECORD`] words for each layer. The first layer has the object's own
-//! pattern. [`Object::profile`] is [`LAYERED`], and [`Object::parts`] the number of layers. The
-//! object's bevel is the slope in which depths are measured: texels per unit of δ, once in texels,
-//! no less than any layer's. Its extension and its chamfer are 0.
+//! Hits in a [`stack`](crate::stack) of layers: which layer is hit, its normal, its materials, and what
+//! stands around.
 
-use crate::arithmetic::{clamp, kept3, max, min, normalize_or};
+#[cfg(not(feature = "double"))]
+use crate::arithmetic::max;
+use crate::arithmetic::{kept3, normalize_or};
 use crate::layout::Object;
 use crate::march::{END_CAP, END_FLOOR, END_MISS, March};
 use crate::model::Hit;
@@ -16,202 +12,10 @@ use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL
 use crate::openness::{hidden, openness};
 use crate::profile::Profile;
 use crate::shape_map::{ShapeMap, Texels};
-use crate::trace::word;
-use crate::{FAR, Real, Vec2, Vec3};
-
-/// [`Object::profile`] of a stack.
-pub const LAYERED: u32 = u32::MAX;
-/// Words of a layer's record: `top`, `bottom` and 1 / (`bottom` − `top`); its materials; its colours;
-/// its profile.
-pub const RECORD: usize = PROFILE + Profile::WORDS;
-/// Place of the number of its materials in a record, counted from the object's.
-const FINISH: usize = 3;
-/// Place of the colours of cap, wall and bevel.
-const COLORS: usize = 4;
-/// Place of the profile.
-const PROFILE: usize = COLORS + 9;
-
-/// The words of a stack.
-pub struct Stacked<T>(pub T);
-
-impl<T: Texels> Texels for Stacked<T> {
-    const IS_STACK: bool = true;
-
-    #[inline]
-    fn word(&self, index: u32) -> u32 {
-        self.0.word(index)
-    }
-}
-
-/// One layer.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Layer {
-    /// δ of its caps, 0…1.
-    pub top: Real,
-    /// δ where it ends, `top`…1.
-    pub bottom: Real,
-    /// 1 / (`bottom` − `top`).
-    pub inverse_extent: Real,
-    /// Its growth, from δ = 0 at `top` to 1 at `bottom`.
-    pub profile: Profile,
-}
-
-impl Layer {
-    /// Returns its record, where `colors` are those of cap, wall and bevel, linear RGB, and `finish` is
-    /// the number of its materials less that of its object.
-    pub fn record(&self, finish: u32, colors: [[f32; 3]; 3]) -> [u32; RECORD] {
-        let mut record = [0; RECORD];
-        let numbers = [self.top, self.bottom, self.inverse_extent];
-        let mut i = 0;
-        while i < RECORD {
-            record[i] = if i < FINISH {
-                word(numbers[i])
-            } else if i == FINISH {
-                finish
-            } else if i < PROFILE {
-                colors[(i - COLORS) / 3][(i - COLORS) % 3].to_bits()
-            } else {
-                self.profile.words()[i - PROFILE]
-            };
-            i += 1;
-        }
-        record
-    }
-
-    /// Returns its own δ, 0…1.
-    #[inline]
-    fn own(&self, depth_fraction: Real) -> Real {
-        clamp((depth_fraction - self.top) * self.inverse_extent, 0.0, 1.0)
-    }
-
-    /// Returns how far its side is from a point `distance` texels from its pattern, and how far its
-    /// caps or undersides are if they are further, in texels: `slope` a unit of δ. The larger
-    /// one is a distance to the layer. It is at most 0 inside.
-    #[inline]
-    fn faces(&self, slope: Real, distance: Real, depth_fraction: Real) -> (Real, Real) {
-        let beside = if self.profile.grows {
-            self.profile.gap(distance, self.own(depth_fraction))
-        } else {
-            self.profile.upright_gap(distance)
-        };
-        // Nothing is above the shell, or below the floor.
-        let above = if self.top > 0.0 {
-            slope * (self.top - depth_fraction)
-        } else {
-            beside
-        };
-        let below = if self.bottom < 1.0 {
-            slope * (depth_fraction - self.bottom)
-        } else {
-            beside
-        };
-        (beside, max(above, below))
-    }
-}
-
-/// A stack of layers.
-#[derive(Clone, Copy)]
-pub struct Stack<'a> {
-    map: &'a ShapeMap,
-    /// Texels per unit of δ.
-    slope: Real,
-    /// Number of layers.
-    count: u32,
-    /// Place of the first record.
-    records: u32,
-}
-
-impl<'a> Stack<'a> {
-    /// Returns the stack of an object with this `profile` and this `map`.
-    #[inline]
-    pub fn new(profile: &Profile, map: &'a ShapeMap) -> Stack<'a> {
-        let count = profile.parts();
-        Stack {
-            map,
-            slope: profile.largest_slope(),
-            count,
-            records: map.words(count),
-        }
-    }
-
-    /// Returns the place of the record of layer `index`.
-    #[inline]
-    fn place(&self, index: u32) -> u32 {
-        self.records + index * RECORD as u32
-    }
-
-    /// Returns layer `index`.
-    #[inline]
-    fn layer<T: Texels + ?Sized>(&self, texels: &T, index: u32) -> Layer {
-        let place = self.place(index);
-        let number = |i: u32| f32::from_bits(texels.word(place + i)) as Real;
-        Layer {
-            top: number(0),
-            bottom: number(1),
-            inverse_extent: number(2),
-            profile: Profile::from_words(|i| texels.word(place + PROFILE as u32 + i)),
-        }
-    }
-
-    /// Returns two distances from a point to the stack, texels: one that does not shrink with
-    /// δ, and the nearest.
-    #[inline]
-    pub fn gaps<T: Texels + ?Sized>(
-        &self,
-        texels: &T,
-        uv: Vec2,
-        depth_fraction: Real,
-    ) -> (Real, Real) {
-        let mut clear = FAR;
-        let mut gap = FAR;
-        let mut index = 0;
-        while index < self.count {
-            let layer = self.layer(texels, index);
-            let distance = self.map.of_layer(index).distance(texels, uv);
-            let (beside, above) = layer.faces(self.slope, distance, depth_fraction);
-            clear = min(clear, distance - max(layer.profile.largest_radius(), 0.0));
-            gap = min(gap, max(beside, above));
-            index += 1;
-        }
-        (clear, gap)
-    }
-
-    /// Returns the layer that is nearest to a point, and the class of its face there.
-    #[inline]
-    fn nearest<T: Texels + ?Sized>(
-        &self,
-        texels: &T,
-        uv: Vec2,
-        depth_fraction: Real,
-    ) -> (u32, u32) {
-        let mut least = FAR;
-        let mut nearest = 0;
-        let mut class = CLASS_WALL;
-        let mut index = 0;
-        while index < self.count {
-            let layer = self.layer(texels, index);
-            let distance = self.map.of_layer(index).distance(texels, uv);
-            let (beside, above) = layer.faces(self.slope, distance, depth_fraction);
-            let gap = max(beside, above);
-            if gap < least {
-                least = gap;
-                nearest = index;
-                class = if above > beside {
-                    CLASS_CAP
-                } else if layer
-                    .profile
-                    .is_growing(layer.own(depth_fraction), || distance)
-                {
-                    CLASS_BEVEL
-                } else {
-                    CLASS_WALL
-                };
-            }
-            index += 1;
-        }
-        (nearest, class)
-    }
-}
+use crate::stack::{COLORS, FINISH, Stack};
+#[cfg(not(feature = "double"))]
+use crate::{FAR, Vec2};
+use crate::{Real, Vec3};
 
 /// Returns the class of the point where the march ended, and its layer; at the floor, the layer that
 /// stands nearest.
@@ -222,14 +26,17 @@ pub fn class_of<T: Texels + ?Sized>(march: &March, object: &Object, texels: &T) 
     }
     let map = ShapeMap::new(object);
     let stack = Stack::new(&Profile::new(object), &map);
-    let (layer, class) = stack.nearest(texels, march.uv, march.depth_fraction);
-    if march.end == END_CAP {
-        (CLASS_CAP, layer)
-    } else if march.end == END_FLOOR {
-        (CLASS_FLOOR, layer)
+    let (layer, is_face, is_growing) = stack.nearest(texels, march.uv, march.depth_fraction);
+    let class = if march.end == END_FLOOR {
+        CLASS_FLOOR
+    } else if march.end == END_CAP || is_face {
+        CLASS_CAP
+    } else if is_growing {
+        CLASS_BEVEL
     } else {
-        (class, layer)
-    }
+        CLASS_WALL
+    };
+    (class, layer)
 }
 
 /// Returns the unit normal at `hit` as if its class were `class`, where `surface` is the smooth surface.

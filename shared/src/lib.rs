@@ -27,8 +27,9 @@
 //!   walk          from prism to prism, a march in each (accurate tier)
 //!   profile       r(δ): the radius of the pattern by depth — one file a profile
 //!   shape_map     uv → distance to the pattern
-//!   layers        several patterns in one march
+//!   stack         several patterns in one march
 //! normals       hit → surface class and normal
+//! layers        the same in a stack
 //! shadow        hit → lit or not
 //! light         normal → colour
 //! tangent       hit → tangent frame
@@ -119,6 +120,7 @@ pub mod shaders;
 pub mod shading;
 pub mod shadow;
 pub mod shape_map;
+pub mod stack;
 pub mod surface;
 #[cfg(not(feature = "double"))]
 pub mod tangent;

@@ -2,10 +2,10 @@
 //! (section 4): one march for every path and every profile.
 
 use crate::arithmetic::{clamp, div, max, min, sqrt};
-use crate::layers::Stack;
 use crate::path::Path;
 use crate::profile::Profile;
 use crate::shape_map::{SafeStep, ShapeMap, Texels};
+use crate::stack::Stack;
 use crate::{Real, Vec2};
 
 /// Result of a search.

@@ -18,8 +18,8 @@ use crate::layout::SEARCH_RELIEF;
 /// are fragment entry points for any object of the search; `hit` is the entry point that exports
 /// turn into a function. If FACT is given, it must hold for the object.
 /// Those of `special` contain only the code for objects for which the
-/// `facts` hold (see [`facts`](crate::facts)), most facts first. Those `through Stacked` draw stacks of
-/// [`layers`](crate::layers), which no others can. Callers import the
+/// `facts` hold (see [`facts`](crate::facts)), most facts first. Those `through Stacked` draw
+/// [stacks](crate::stack), which no others can. Callers import the
 /// names that they use: constants of `layout` and `facts`, models of `model`.
 #[macro_export]
 macro_rules! for_each_search {

@@ -100,7 +100,7 @@ pub struct ShadowPoint {
 }
 
 /// Returns whether light from above reaches every point at `depth_fraction` of this `class`:
-/// nothing stands on the cap, but on those of [`layers`](crate::layers).
+/// nothing stands on the cap, but on those of a [`stack`](crate::stack).
 #[inline]
 pub fn is_above<T: Texels + ?Sized>(class: u32, depth_fraction: Real) -> bool {
     class == CLASS_CAP && (!T::IS_STACK || depth_fraction <= 0.0)

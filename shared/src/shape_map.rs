@@ -7,7 +7,7 @@ use crate::{Real, Vec2};
 
 /// Storage of the codes of a map: a storage buffer, a slice.
 pub trait Texels {
-    /// Whether the words are those of a stack of [`layers`](crate::layers).
+    /// Whether the words are those of a [`stack`](crate::stack) of layers.
     const IS_STACK: bool = false;
 
     /// Returns the 32-bit word `index`.

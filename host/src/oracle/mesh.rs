@@ -11,11 +11,12 @@ use obvhs::aabb::Aabb;
 use obvhs::bvh2::Bvh2;
 use obvhs::ray::Ray;
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_MISS, CLASS_WALL};
-use relievo_shared_f64::layers::{self, LAYERED, Stacked};
+use relievo_shared_f64::layers;
 use relievo_shared_f64::layout::{NO_NEIGHBOUR, Object, PrismData, Slab};
 use relievo_shared_f64::normals::class_of;
-use relievo_shared_f64::profile::Profile;
+use relievo_shared_f64::profile::{LAYERED, Profile};
 use relievo_shared_f64::shape_map::ShapeMap;
+use relievo_shared_f64::stack::Stacked;
 
 /// Maximum steps and bisections of a search: more than any search needs.
 const LINEAR_STEPS: u32 = 100_000;

@@ -6,12 +6,12 @@
 use glam::{DVec2, DVec3};
 use relievo_shared_f64::FAR;
 use relievo_shared_f64::arithmetic::{abs, clamp, div, max, min, sqrt};
-use relievo_shared_f64::layers::{Stack, Stacked};
 use relievo_shared_f64::layout::PrismData;
 use relievo_shared_f64::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE, March, TOLERANCE};
 use relievo_shared_f64::prism::{Jacobian, Prism, State, cap_hull, normal_hull};
 use relievo_shared_f64::profile::Profile;
 use relievo_shared_f64::shape_map::ShapeMap;
+use relievo_shared_f64::stack::{Stack, Stacked};
 
 /// Tolerance of the range of weights and δ: neighbouring prisms overlap by more
 /// than rounding errors.

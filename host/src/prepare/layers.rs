@@ -1,12 +1,12 @@
 //! The layers of an object: several patterns in one map, with a record for each.
 
-use super::object::check_growth;
+use super::growth::{check_growth, grow};
 use crate::mesh::Mesh;
 use crate::scene::{Extrusion, Finish, Layer, Material, SceneObject, Shape};
 use crate::shape_map::{DistanceField, ShapeMap};
-use relievo_shared::layers;
 use relievo_shared::layout::Object;
 use relievo_shared::profile::{Profile, know_layered};
+use relievo_shared::stack;
 use std::sync::Arc;
 
 /// One layer of an object.
@@ -58,16 +58,6 @@ pub(super) fn material_slots(object: &SceneObject, mesh: &Mesh) -> usize {
     }
 }
 
-/// Sets the growth of `parameters` to that of `extrusion`.
-pub(super) fn grow(parameters: &mut Object, extrusion: &Extrusion) {
-    parameters.extension = extrusion.extension as f32;
-    parameters.bevel = extrusion.bevel as f32;
-    parameters.chamfer = extrusion.chamfer as f32;
-    parameters.profile = extrusion.profile;
-    parameters.parts = extrusion.parts;
-    *parameters = parameters.complete();
-}
-
 /// Makes `parameters` those of a stack of the layers of `object`, whose maps are `maps`, and returns
 /// its map. The depth is `texels` deep.
 ///
@@ -91,7 +81,7 @@ pub(super) fn stack(
             _ => format!("layer {number}: {problem}"),
         })?;
         let [top, bottom] = layer.range.map(|fraction| fraction as f32);
-        let part = layers::Layer {
+        let part = stack::Layer {
             top,
             bottom,
             inverse_extent: 1.0 / (bottom - top),
@@ -107,8 +97,9 @@ pub(super) fn stack(
     }
     let slots = material_slots(object, mesh) as u32;
     let records = (0..).zip(&parts).flat_map(|(number, (part, material))| {
-        let colors = [material.cap, material.wall, material.bevel];
-        part.record(number * slots, colors.map(|color| color.linear()))
+        let parts = [material.cap, material.wall, material.bevel];
+        let [[a, b, c], [d, e, f], [g, h, i]] = parts.map(|color| color.linear());
+        part.record(number * slots, [a, b, c, d, e, f, g, h, i])
     });
     let map = ShapeMap::joined(maps, records.collect());
     parameters.bevel = slope / parameters.map_size[0];

@@ -29,6 +29,7 @@
 
 mod camera;
 mod exits;
+mod growth;
 mod layers;
 mod lighting;
 mod lit;

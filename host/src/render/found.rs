@@ -4,13 +4,14 @@ use crate::prepare::PreparedObject;
 use glam::{UVec4, Vec3};
 use relievo_shared::camera::reversed_depth;
 use relievo_shared::exit::Exits;
-use relievo_shared::layers::{LAYERED, Stacked};
 use relievo_shared::layout::{
     PrismData, SEARCH_EXTRUSION, SEARCH_PAPER, SEARCH_PRISMS, SEARCH_RELIEF, Triangle,
 };
 use relievo_shared::model::prisms::Home;
 use relievo_shared::model::{Hit, Model, Paper, Place, Prisms, Quadric, Ray, Relief, Traced};
+use relievo_shared::profile::LAYERED;
 use relievo_shared::shape_map::Texels;
+use relievo_shared::stack::Stacked;
 use relievo_shared::{for_each_search, gbuffer, trace};
 
 /// A type of facets that models are drawn over.

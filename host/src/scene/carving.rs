@@ -1,61 +1,70 @@
-//! What objects and their layers have in common.
+//! How a pattern is carved and coloured, by an object or by a layer.
 
-use super::keys::{Key, LAYER, LAYER_MATERIAL, MATERIAL, OBJECT};
-use super::{Layer, SceneObject, Search, Shape, Technique};
+use super::Color;
+use relievo_shared::profile;
 
-/// An object or a layer: a pattern, a technique and materials, under the same keys.
-pub(super) trait Carving: Sized + 'static {
-    /// Returns its keys.
-    fn keys() -> &'static [Key<Self>];
+/// Default luma below which a pixel is pattern.
+pub(super) const DEFAULT_THRESHOLD: u8 = 128;
 
-    /// Returns the keys of its table `material`.
-    fn material_keys() -> &'static [Key<Self>];
-
-    /// Returns whether it may have this technique.
-    fn allows(technique: Technique) -> bool;
-
-    /// Returns its technique.
-    fn carved_by(&self) -> Technique;
-
-    /// Sets its technique, and what depends on it to its defaults.
-    fn carve_by(&mut self, technique: Technique);
-
-    /// Returns its pattern.
-    fn shape(&self) -> &Shape;
-
-    /// Sets its pattern.
-    fn set_shape(&mut self, shape: Shape);
+/// How the pattern grows with the depth (section 2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extrusion {
+    /// Number of the profile, see `relievo_shared::profile`; techniques set it.
+    pub profile: u32,
+    /// Extension e, pattern widths.
+    pub extension: f64,
+    /// Bevel b, pattern widths per unit of δ.
+    pub bevel: f64,
+    /// Chamfer c, 0…1: the δ where the growth ends.
+    pub chamfer: f64,
+    /// Number of parts of a profile that has parts.
+    pub parts: u32,
 }
 
-macro_rules! carving {
-    ($owner:ty, $keys:ident, $material_keys:ident, $allows:expr) => {
-        impl Carving for $owner {
-            fn keys() -> &'static [Key<Self>] {
-                $keys
-            }
-            fn material_keys() -> &'static [Key<Self>] {
-                $material_keys
-            }
-            fn allows(technique: Technique) -> bool {
-                $allows(technique)
-            }
-            fn carved_by(&self) -> Technique {
-                self.technique()
-            }
-            fn carve_by(&mut self, technique: Technique) {
-                self.set_technique(technique);
-            }
-            fn shape(&self) -> &Shape {
-                &self.shape
-            }
-            fn set_shape(&mut self, shape: Shape) {
-                self.shape = shape;
-            }
-        }
+impl Extrusion {
+    /// Upright walls, without extension.
+    pub const UPRIGHT: Extrusion = Extrusion {
+        profile: profile::STRAIGHT,
+        extension: 0.0,
+        bevel: 0.0,
+        chamfer: 1.0,
+        parts: 1,
     };
 }
 
-carving!(SceneObject, OBJECT, MATERIAL, |_| true);
-carving!(Layer, LAYER, LAYER_MATERIAL, |technique: Technique| {
-    technique.search() == Search::Extrusion
-});
+impl Default for Extrusion {
+    /// [`Extrusion::UPRIGHT`].
+    fn default() -> Extrusion {
+        Extrusion::UPRIGHT
+    }
+}
+
+/// Colours and gloss of an object.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Material {
+    /// Colour of the caps: the mesh surface on the pattern.
+    pub cap: Color,
+    /// Colour of upright walls.
+    pub wall: Color,
+    /// Colour of bevels and chamfers.
+    pub bevel: Color,
+    /// Colour of the floor between the columns.
+    pub floor: Color,
+    /// Strength of the highlight, 0…1.
+    pub specular: f64,
+    /// Exponent of the highlight, 1…127.
+    pub shininess: u32,
+}
+
+impl Default for Material {
+    fn default() -> Material {
+        Material {
+            cap: Color::from_hex(0xd8b45c),
+            wall: Color::from_hex(0xb0502e),
+            bevel: Color::from_hex(0xe8cf94),
+            floor: Color::from_hex(0x3d5a73),
+            specular: 0.25,
+            shininess: 40,
+        }
+    }
+}

@@ -1,8 +1,8 @@
 //! Checks of scenes, whether they were read from a file or made in code.
 
-use super::carving::Carving;
 use super::keys::{CAMERA, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIALS, TEXT};
 use super::object::layer_prefix;
+use super::object_keys::Carving;
 use super::{
     Extrusion, Finish, Instances, LightKind, LightSource, MOST_LAYERS, Scene, SceneError,
     SceneObject, Search, Shape, Tier, animation,

@@ -1,7 +1,7 @@
 //! Layers: further patterns of an object.
 
-use super::object::DEFAULT_THRESHOLD;
-use super::{Extrusion, Finish, Material, Shape};
+use super::carving::{DEFAULT_THRESHOLD, Extrusion, Material};
+use super::{Finish, Shape};
 use std::path::PathBuf;
 
 /// Largest number of layers of an object.

@@ -1,10 +1,10 @@
 //! Reading of scene files.
 
-use super::carving::Carving;
 use super::keys::{
     CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIALS, TEXT, TRACK,
 };
 use super::object::layer_prefix;
+use super::object_keys::Carving;
 use super::value::one_of;
 use super::{Environment, MOST_LAYERS, Scene, SceneError, SceneObject, Shape, Technique};
 use crate::shape_map::Lettering;

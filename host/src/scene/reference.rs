@@ -1,8 +1,9 @@
 //! The reference page of scene files, docs/scene.md.
 
+use super::key::bound;
 use super::keys::{
     CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LAYER, LIGHT, LIGHTS, MATERIAL, MATERIALS, OBJECT,
-    TEXT, TRACK, bound,
+    TEXT, TRACK,
 };
 use super::{
     Environment, Layer, LightSource, PhysicalMaterial, Scene, SceneObject, Shape, Technique, Track,
@@ -25,7 +26,7 @@ repeat = [12, 6]
 depth = 0.08
 ```
 
-This page is generated from the table of keys in `host/src/scene/keys.rs`.
+This page is generated from the tables of keys in `host/src/scene/keys.rs` and `object_keys.rs`.
 ";
 
 /// Returns the text of the reference page, Markdown.

@@ -1,9 +1,9 @@
 //! Writing of scene files.
 
-use super::carving::Carving;
 use super::keys::{
     CAMERA, DRAWING, ENVIRONMENT, IMAGE, Key, LIGHT, LIGHTS, MATERIALS, TEXT, TRACK,
 };
+use super::object_keys::Carving;
 use super::{Scene, SceneObject, Shape, Technique};
 use crate::files::{normal, relative};
 use crate::shape_map::Lettering;

@@ -20,9 +20,8 @@
 
 use crate::prepare::PreparedScene;
 use crate::scene::{Search, Technique, Tier};
-use relievo_shared::layers::LAYERED;
 use relievo_shared::layout::Object;
-use relievo_shared::profile;
+use relievo_shared::profile::{self, LAYERED};
 use relievo_shared::shaders::search_of;
 
 /// What a variant changes.

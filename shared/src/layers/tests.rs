@@ -4,8 +4,9 @@ use crate::march::{END_SIDE, Limits, TOLERANCE, march};
 use crate::normals::SmoothSurface;
 use crate::path::{Path, test_surface};
 use crate::profile::rounded::Rounded;
-use crate::profile::{Growth, STRAIGHT, stepped::Stepped};
+use crate::profile::{Growth, LAYERED, STRAIGHT, stepped::Stepped};
 use crate::shape_map::tests::{FORMS, Random, Sample};
+use crate::stack::{Layer, Stacked};
 
 /// A layer, and its pattern.
 struct Part {
@@ -67,10 +68,8 @@ fn stack(parts: &[Part], slope: Real) -> (Object, Vec<u32>) {
     let mut words = parts[0].sample.words.clone();
     for (number, part) in parts.iter().enumerate() {
         let color = |i: usize| [(9 * number + i) as f32, 0.5, 1.0];
-        words.extend(
-            part.layer
-                .record(number as u32, [color(0), color(3), color(6)]),
-        );
+        let colors = [color(0), color(3), color(6)].concat();
+        words.extend(part.layer.record(number as u32, colors.try_into().unwrap()));
     }
     let object = Object {
         extension: 0.0,

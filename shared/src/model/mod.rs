@@ -143,7 +143,7 @@ pub struct Hit {
     pub depth_fraction: Real,
     /// Steps of the linear search.
     pub steps: u32,
-    /// Which of its [`layers`](crate::layers) a stack was hit in; at the floor, which stands
+    /// Which layer of a [`stack`](crate::stack) was hit; at the floor, which stands
     /// nearest.
     pub layer: u32,
 }

@@ -12,9 +12,7 @@ pub mod straight;
 
 use crate::Real;
 use crate::arithmetic::{div, max};
-use crate::layers::LAYERED;
 use crate::layout::Object;
-use crate::trace::word;
 use straight::Straight;
 
 /// The shape of r(δ) between the cap and δ = c.
@@ -54,6 +52,16 @@ pub trait Growth {
 /// Slope that stands for an infinite one, texels: a side with this slope faces the way
 /// that the surface faces.
 pub const STEEP: Real = 1e6;
+
+/// Number of objects with [layers](crate::stack), each of which has a profile of its own.
+pub const LAYERED: u32 = u32::MAX;
+
+/// Returns `x` as the bits of an f32.
+#[inline]
+#[allow(clippy::unnecessary_cast)] // Real may be f64.
+pub(crate) fn bits(x: Real) -> u32 {
+    (x as f32).to_bits()
+}
 
 /// Number of the straight profile.
 pub const STRAIGHT: u32 = Straight::NUMBER;
@@ -120,17 +128,17 @@ impl Profile {
     /// Number of its [`words`](Profile::words).
     pub const WORDS: usize = 8;
 
-    /// Returns it as words, for records of [`layers`](crate::layers).
+    /// Returns it as words, for records of a [`stack`](crate::stack).
     pub fn words(&self) -> [u32; Profile::WORDS] {
         [
             self.number,
-            word(self.extension),
-            word(self.bevel),
-            word(self.chamfer),
-            word(self.inverse_bevel),
-            word(self.parts),
-            word(self.part_width),
-            word(self.inverse_part_width),
+            bits(self.extension),
+            bits(self.bevel),
+            bits(self.chamfer),
+            bits(self.inverse_bevel),
+            bits(self.parts),
+            bits(self.part_width),
+            bits(self.inverse_part_width),
         ]
     }
 
@@ -152,7 +160,7 @@ impl Profile {
         }
     }
 
-    /// Returns the number of its parts, or of the [`layers`](crate::layers) of a stack.
+    /// Returns the number of its parts, or of the layers of a [`stack`](crate::stack).
     #[inline]
     pub fn parts(&self) -> u32 {
         self.parts as u32
@@ -336,7 +344,7 @@ pub fn know_upright(object: &mut Object) {
     object.quotients.inverse_bevel = 0.0;
 }
 
-/// Lets the compiler know that `object` is a stack of [`layers`](crate::layers), whose growth is
+/// Lets the compiler know that `object` is a [`stack`](crate::stack) of layers, whose growth is
 /// that of its layers.
 #[inline]
 pub fn know_layered(object: &mut Object) {
