@@ -9,6 +9,7 @@ use relievo::scene::Scene;
 use relievo::shape_map::{Pattern, Storage, bake};
 use relievo::verify::compare;
 use relievo::{Files, Limits};
+use relievo_shared::normals::CLASS_CAP;
 use relievo_tests::{asset, every_adapter};
 use std::path::Path;
 
@@ -121,6 +122,31 @@ fn layers_have_the_same_words_on_gpu_and_cpu_in_every_tier() {
                 );
             }
         }
+    }
+}
+
+/// Nothing stands on the surface of the mesh.
+#[test]
+fn the_cap_of_the_first_layer_has_no_shadow() {
+    for tier in ["fast", "accurate"] {
+        let mut scene = windows("cylinder", [1.0, 0.6, 2.6], [16, 8], tier);
+        let draw = |scene: &Scene| {
+            let prepared = prepare(scene, &|_| ()).unwrap();
+            let mut cpu = CpuRenderer::new(&prepared);
+            let color = cpu.color(&prepared.frame).unwrap();
+            (color, cpu.geometry(&prepared.frame).unwrap())
+        };
+        let (shadowed, geometry) = draw(&scene);
+        scene.objects[0].self_shadow = false;
+        let (lit, _) = draw(&scene);
+        let (mut caps, mut shadows) = (0, 0);
+        for (pixel, (with, without)) in shadowed.words.iter().zip(&lit.words).enumerate() {
+            let is_cap = with[3] == CLASS_CAP && geometry.delta(pixel) < 1e-3;
+            caps += u32::from(is_cap);
+            shadows += u32::from(!is_cap && with != without);
+            assert!(!is_cap || with == without, "{tier}, pixel {pixel}");
+        }
+        assert!(caps > 5_000 && shadows > 500, "{caps} {shadows}");
     }
 }
 

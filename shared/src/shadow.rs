@@ -15,6 +15,9 @@ use crate::{Real, Vec2, Vec3};
 /// hit and the staircase of the pattern's outline.
 pub const CLEARANCE: Real = 1.5;
 
+/// δ below which a cap of a stack is the mesh's surface; the hit there is rounded.
+const CAP: Real = 1e-3;
+
 /// Returns the direction away from a wall whose unit normal is `side`, orthogonal to the unit
 /// normal `smooth` of the surface; zero if `side` is that normal, as a floor's is.
 #[inline]
@@ -103,7 +106,7 @@ pub struct ShadowPoint {
 /// nothing stands on the cap, but on those of a [`stack`](crate::stack).
 #[inline]
 pub fn is_above<T: Texels + ?Sized>(class: u32, depth_fraction: Real) -> bool {
-    class == CLASS_CAP && (!T::IS_STACK || depth_fraction <= 0.0)
+    class == CLASS_CAP && (!T::IS_STACK || depth_fraction < CAP)
 }
 
 /// Returns whether the columns around `point` let the light in direction `to_light`

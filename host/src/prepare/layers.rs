@@ -22,6 +22,9 @@ pub struct PreparedLayer {
 /// Least number of texels that the depth counts for.
 const LEAST_SLOPE: f32 = 8.0;
 
+/// Least part of the depth over which a layer grows.
+const THINNEST: f32 = 1e-4;
+
 /// What an object says about one of its layers.
 pub(super) struct Described<'a> {
     pub shape: &'a Shape,
@@ -84,7 +87,7 @@ pub(super) fn stack(
         let part = stack::Layer {
             top,
             bottom,
-            inverse_extent: 1.0 / (bottom - top),
+            inverse_extent: 1.0 / (bottom - top).max(THINNEST),
             profile: Profile::new(&own),
         };
         slope = slope.max(part.profile.largest_slope() * part.inverse_extent);
