@@ -10,6 +10,7 @@ use relievo_shared::layout::{
     TIER_PAPER, TIER_PLANAR,
 };
 use relievo_shared::outline::{Rectangle, bounding_rectangle, prism_outline};
+use relievo_shared::profile::LAYERED;
 use relievo_shared_variant::{Finding, Mode, audited, with_mode};
 use relievo_tests::{asset, is_long, scenes};
 use std::path::Path;
@@ -92,6 +93,9 @@ fn unlit(mut scene: Scene) -> Scene {
     scene.smooth_edges = false;
     for object in &mut scene.objects {
         object.finish = Finish::default();
+        for layer in &mut object.layers {
+            layer.finish = Finish::default();
+        }
     }
     scene
 }
@@ -107,6 +111,11 @@ static SCENES: LazyLock<Vec<Prepared>> = LazyLock::new(|| {
         let count = if is_long() { WAYS.len() } else { 2 };
         for (tier, search, self_shadow) in ways.take(count) {
             let mut other = Prepared::with(&path, load(), &|parameters| {
+                // Neither draws layers.
+                let has_layers = search == SEARCH_EXTRUSION || search == SEARCH_PRISMS;
+                if parameters.profile == LAYERED && !has_layers {
+                    return;
+                }
                 *parameters = Object {
                     tier,
                     search,
@@ -165,6 +174,9 @@ macro_rules! renderer {
                 Hit, Model, Normals, Paper, Prisms, Quadric, Ray, Relief,
             };
             use relievo_shared_variant::$tree::normals::CLASS_MISS;
+            use relievo_shared_variant::$tree::profile::LAYERED;
+            use relievo_shared_variant::$tree::shape_map::Texels;
+            use relievo_shared_variant::$tree::stack::Stacked;
             use relievo_shared_variant::$tree::trace;
 
             /// A hit, its colour and its normals.
@@ -185,10 +197,10 @@ macro_rules! renderer {
             }
 
             /// Traces the ray over one facet, if a hit may be as near as the depth `best`.
-            fn find<M: Model<Over>, Over>(
+            fn find<M: Model<Over>, Over, T: Texels + ?Sized>(
                 ray: &Ray<'_>,
                 over: &Over,
-                texels: &[u32],
+                texels: &T,
                 best: f32,
             ) -> Option<Found> {
                 let (meets, meeting) = M::meet(ray, over);
@@ -228,16 +240,25 @@ macro_rules! renderer {
                     object: &parameters,
                     direction,
                 };
+                let is_stack = parameters.profile == LAYERED;
+                let stacked = &Stacked(texels);
                 if parameters.search == SEARCH_PRISMS {
                     let prisms: &[PrismData] = bytemuck::cast_slice(&object.prisms);
-                    let index = index as u32;
-                    return find::<Prisms, _>(&ray, &Home { prisms, index }, texels, best);
+                    let home = &Home {
+                        prisms,
+                        index: index as u32,
+                    };
+                    return match is_stack {
+                        true => find::<Prisms, _, _>(&ray, home, stacked, best),
+                        false => find::<Prisms, _, _>(&ray, home, texels, best),
+                    };
                 }
                 let triangle: Triangle = bytemuck::cast(object.triangles[index]);
                 match parameters.search {
-                    SEARCH_PAPER => find::<Paper, _>(&ray, &triangle, texels, best),
-                    SEARCH_RELIEF => find::<Relief, _>(&ray, &triangle, texels, best),
-                    _ => find::<Quadric, _>(&ray, &triangle, texels, best),
+                    _ if is_stack => find::<Quadric, _, _>(&ray, &triangle, stacked, best),
+                    SEARCH_PAPER => find::<Paper, _, _>(&ray, &triangle, texels, best),
+                    SEARCH_RELIEF => find::<Relief, _, _>(&ray, &triangle, texels, best),
+                    _ => find::<Quadric, _, _>(&ray, &triangle, texels, best),
                 }
             }
 
