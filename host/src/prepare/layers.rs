@@ -1,6 +1,7 @@
 //! The layers of an object: several patterns in one map, with a record for each.
 
 use super::growth::{check_growth, grow};
+use super::shapes::reduced;
 use crate::mesh::Mesh;
 use crate::scene::{Extrusion, Finish, Layer, Material, SceneObject, Shape};
 use crate::shape_map::{DistanceField, ShapeMap};
@@ -62,7 +63,7 @@ pub(super) fn material_slots(object: &SceneObject, mesh: &Mesh) -> usize {
 }
 
 /// Makes `parameters` those of a stack of the layers of `object`, whose maps are `maps`, and returns
-/// its map. The depth is `texels` deep.
+/// its map. `texels` is the depth in texels.
 ///
 /// # Errors
 /// A text that says what is wrong with a layer and the way out.
@@ -120,9 +121,8 @@ pub(super) fn encode(
     object: &SceneObject,
     fields: &[&DistanceField],
 ) -> Result<Vec<Arc<ShapeMap>>, String> {
-    let reduction = object.map.reduction;
     let [width, height] = [fields[0].width(), fields[0].height()];
-    let mut reduced = Vec::new();
+    let mut all = Vec::new();
     for (number, (field, layer)) in fields.iter().zip(described(object)).enumerate() {
         if [field.width(), field.height()] != [width, height] {
             return Err(format!(
@@ -132,13 +132,8 @@ pub(super) fn encode(
                 field.height(),
             ));
         }
-        reduced.push(field.reduced(reduction).ok_or_else(|| {
-            format!(
-                "map_reduction {reduction} does not divide both sides of {}, {width} × {height} pixels",
-                layer.shape
-            )
-        })?);
+        all.push(reduced(field, object.map.reduction, layer.shape)?);
     }
-    let maps = ShapeMap::encode_all(&reduced, object.map.storage);
+    let maps = ShapeMap::encode_all(&all, object.map.storage);
     Ok(maps.into_iter().map(Arc::new).collect())
 }

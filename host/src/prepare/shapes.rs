@@ -65,6 +65,24 @@ struct Loaded {
     maps: BTreeMap<MapOptions, Arc<ShapeMap>>,
 }
 
+/// Returns the distances `field` of `shape` on a coarser grid.
+///
+/// # Errors
+/// A text that says that `reduction` does not divide the sides.
+pub(super) fn reduced(
+    field: &DistanceField,
+    reduction: u32,
+    shape: &Shape,
+) -> Result<DistanceField, String> {
+    field.reduced(reduction).ok_or_else(|| {
+        format!(
+            "map_reduction {reduction} does not divide both sides of {shape}, {} × {} pixels",
+            field.width(),
+            field.height()
+        )
+    })
+}
+
 /// All patterns of a scene.
 #[derive(Default)]
 pub(super) struct Shapes(Vec<Loaded>);
@@ -141,14 +159,7 @@ impl Shapes {
                 if reduction == 1 {
                     Arc::new(ShapeMap::encode(field, storage))
                 } else {
-                    let reduced = field.reduced(reduction).ok_or_else(|| {
-                        format!(
-                            "map_reduction {reduction} does not divide both sides of {}, {} × {} pixels",
-                            object.shape,
-                            field.width(),
-                            field.height()
-                        )
-                    })?;
+                    let reduced = reduced(field, reduction, &object.shape)?;
                     Arc::new(ShapeMap::encode(&reduced, storage))
                 }
             }

@@ -155,8 +155,8 @@ pub(super) fn finishes(
     Ok((finishes, facets))
 }
 
-/// Returns the cells of the pattern of `layer`, whose map is `map`, if one of its materials varies from cell to cell, and
-/// the width of a cell, texels.
+/// Returns the cells of the pattern of `layer`, whose map is `map`, if one of its materials varies
+/// from cell to cell, and the width of a cell, texels.
 fn cells_of(
     scene: &Scene,
     layer: &Described<'_>,
