@@ -3,13 +3,13 @@
 
 use relievo::prepare::prepare;
 use relievo::render::gpu::{Adapter, Choice, Shaders, signature};
-use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::render::{ColorWords, CpuRenderer, GeometryWords, GpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo::verify::{Agreement, compare};
+use relievo_shared::layout::Frame;
 use relievo_shared::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE};
 use relievo_shared::{Vec2, Vec3, kernels};
 use relievo_tests::{coarsen_shadows, every_adapter, scenes};
-use std::path::Path;
 
 /// Required of the fast and the portable shaders; the exact ones must match
 /// every word.
@@ -22,49 +22,67 @@ const LARGEST_COLOR_DIFFERENCE: f32 = 1e-3;
 const FAR_LIT_PIXELS: usize = 4;
 const LARGEST_DISTANCE_DIFFERENCE: f32 = 1e-4;
 
-/// Returns the agreement, and the number of pixels whose colours are far apart.
-fn agreement(path: &Path, found: &Adapter, shaders: Shaders) -> (Agreement, usize) {
-    let mut scene = Scene::load(path).unwrap();
-    scene.size = [320, 240];
-    coarsen_shadows(&mut scene);
-    let scene = prepare(&scene, &|_| ()).unwrap();
-    let mut gpu = GpuRenderer::new(&scene, found, Choice::These(shaders)).unwrap();
-    let mut cpu = CpuRenderer::new(&scene);
-    let frame = &scene.frame;
-    let [on_gpu, on_cpu] = [gpu.color(frame).unwrap(), cpu.color(frame).unwrap()];
-    let is_far = |(a, b): &(&[u32; 4], &[u32; 4])| {
-        let channels = a[..3].iter().zip(&b[..3]);
-        let mut differences =
-            channels.map(|(a, b)| (f32::from_bits(*a) - f32::from_bits(*b)).abs());
-        differences.any(|difference| difference.is_nan() || difference > LARGEST_COLOR_DIFFERENCE)
-    };
-    let far = on_gpu
-        .words
-        .iter()
-        .zip(&on_cpu.words)
-        .filter(is_far)
-        .count();
-    let geometry = [&gpu.geometry(frame).unwrap(), &cpu.geometry(frame).unwrap()];
-    (compare([&on_gpu, &on_cpu], geometry), far)
+/// Pictures of a scene.
+struct Pictures {
+    color: ColorWords,
+    geometry: GeometryWords,
+}
+
+impl Pictures {
+    fn of(renderer: &mut impl Renderer, frame: &Frame) -> Pictures {
+        Pictures {
+            color: renderer.color(frame).unwrap(),
+            geometry: renderer.geometry(frame).unwrap(),
+        }
+    }
+
+    /// Returns the agreement with others, and the number of pixels whose colours are far apart.
+    fn agreement(&self, other: &Pictures) -> (Agreement, usize) {
+        let is_far = |(a, b): &(&[u32; 4], &[u32; 4])| {
+            let channels = a[..3].iter().zip(&b[..3]);
+            let mut differences =
+                channels.map(|(a, b)| (f32::from_bits(*a) - f32::from_bits(*b)).abs());
+            differences
+                .any(|difference| difference.is_nan() || difference > LARGEST_COLOR_DIFFERENCE)
+        };
+        let pixels = self.color.words.iter().zip(&other.color.words);
+        let agreement = compare(
+            [&self.color, &other.color],
+            [&self.geometry, &other.geometry],
+        );
+        (agreement, pixels.filter(is_far).count())
+    }
 }
 
 #[test]
 fn gpu_pictures_are_cpu_pictures() {
+    let all: Vec<(Adapter, bool)> = every_adapter()
+        .into_iter()
+        .map(|found| {
+            let fuses = found.takes_spirv()
+                && Shaders::Fused.suit(&signature(&found.open().unwrap()).unwrap());
+            (found, fuses)
+        })
+        .collect();
     let mut wrong = Vec::new();
-    for found in every_adapter() {
-        let fuses =
-            found.takes_spirv() && Shaders::Fused.suit(&signature(&found.open().unwrap()).unwrap());
-        for scene in scenes() {
-            let (largest_share, far_pixels) = match Scene::load(&scene).unwrap().is_physical() {
-                true => (LARGEST_LIT_SHARE, FAR_LIT_PIXELS),
-                false => (LARGEST_SHARE, 0),
-            };
+    for path in scenes() {
+        let mut scene = Scene::load(&path).unwrap();
+        scene.size = [320, 240];
+        coarsen_shadows(&mut scene);
+        let (largest_share, far_pixels) = match scene.is_physical() {
+            true => (LARGEST_LIT_SHARE, FAR_LIT_PIXELS),
+            false => (LARGEST_SHARE, 0),
+        };
+        let scene = prepare(&scene, &|_| ()).unwrap();
+        let on_cpu = Pictures::of(&mut CpuRenderer::new(&scene), &scene.frame);
+        for (found, fuses) in &all {
             for shaders in Shaders::ALL {
                 let is_taken = found.takes_spirv() || !shaders.is_untouched();
                 if !is_taken || (shaders == Shaders::Fused && !fuses) {
                     continue;
                 }
-                let (agreement, far) = agreement(&scene, &found, shaders);
+                let mut gpu = GpuRenderer::new(&scene, found, Choice::These(shaders)).unwrap();
+                let (agreement, far) = Pictures::of(&mut gpu, &scene.frame).agreement(&on_cpu);
                 let close = agreement.color.inputs == 320 * 240
                     && agreement.class_pixels == 0
                     && agreement.color.inputs_different as f64
@@ -75,7 +93,7 @@ fn gpu_pictures_are_cpu_pictures() {
                     wrong.push(format!(
                         "{}, {shaders:?}, {}: {far} pixels are far apart, {agreement:?}",
                         found.describe(),
-                        scene.display()
+                        path.display()
                     ));
                 }
             }

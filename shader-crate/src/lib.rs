@@ -442,6 +442,8 @@ macro_rules! hit_entry_point {
             uv_right: &mut Vec2,
             uv_down: &mut Vec2,
             depth_fraction: &mut f32,
+            number: &mut u32,
+            layer: &mut u32,
         ) {
             let texels = TexelBuffer(words);
             $($(let texels = $words(texels);)?)?
@@ -459,6 +461,8 @@ macro_rules! hit_entry_point {
             *uv_right = found.uv_right;
             *uv_down = found.uv_down;
             *depth_fraction = found.depth_fraction;
+            *number = found.object;
+            *layer = found.layer;
         }
     };
 }

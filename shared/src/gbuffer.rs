@@ -16,14 +16,15 @@
 
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
 use crate::edge::{self, Edge, from_turn, turn_of};
+use crate::intersection::{SurfaceAt, surface_at};
 use crate::layers;
 use crate::layout::vec3;
 use crate::model::{Model, Normals, Place, Ray, Traced};
-use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL, HitSurface};
+use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL};
 use crate::openness::openness;
 use crate::shape_map::{ShapeMap, Texels};
-use crate::tangent::{FLAT, TangentFrame};
-use crate::trace::{normals_on, word};
+use crate::tangent::FLAT;
+use crate::trace::word;
 use crate::{Real, Vec2, Vec3};
 use glam::UVec4;
 
@@ -230,10 +231,11 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
 ) -> (UVec4, UVec4) {
     let Ray { frame, object, .. } = *ray;
     let hit = &traced.hit;
-    let surface = M::surface(ray, over, entry, &traced.place);
-    let normals = normals_on(ray, texels, hit, &surface);
-    let gradients = surface.gradients();
-    let tangent_frame = TangentFrame::new(hit.class, &normals, gradients);
+    let SurfaceAt {
+        normals,
+        gradients,
+        frame: tangent_frame,
+    } = surface_at::<M, _, _>(ray, over, texels, entry, traced);
     let [x, y, z] = frame.axes;
     let in_world = |v: Vec3| vec3(x) * v.x + vec3(y) * v.y + vec3(z) * v.z;
     let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };

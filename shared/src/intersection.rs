@@ -1,9 +1,10 @@
-//! What a ray of an engine hits: the function that exports call `relievo_hit`.
+//! What a ray hits, and the surface there: what the G-buffer stores, and the function that exports
+//! call `relievo_hit`.
 
 use crate::camera::on_plane;
 use crate::exit::NoExits;
 use crate::layout::{Frame, UPRIGHT_AXES};
-use crate::model::{Model, Ray};
+use crate::model::{Model, Normals, Ray, Traced};
 use crate::normals::{CLASS_MISS, HitSurface};
 use crate::shape_map::Texels;
 use crate::tangent::TangentFrame;
@@ -37,6 +38,40 @@ pub struct Intersection {
     pub uv_down: Vec2,
     /// δ: 0 on the mesh's surface, 1 on the floor.
     pub depth_fraction: Real,
+    /// [`Object::number`](crate::layout::Object::number) of the object.
+    pub object: u32,
+    /// Index of the layer of a [stack](crate::stack); 0 is the object's own pattern.
+    pub layer: u32,
+}
+
+/// The surface at a hit, in the space of the object.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceAt {
+    /// Normals of the carved and of the mesh's smooth surface.
+    pub normals: Normals,
+    /// ∇u and ∇v, repeats per object unit.
+    pub gradients: (Vec3, Vec3),
+    /// The tangent.
+    pub frame: TangentFrame,
+}
+
+/// Returns the surface at a hit.
+#[inline]
+pub fn surface_at<M: Model<Over>, Over, T: Texels + ?Sized>(
+    ray: &Ray<'_>,
+    over: &Over,
+    texels: &T,
+    entry: &M::Entry,
+    traced: &Traced<M::Place>,
+) -> SurfaceAt {
+    let surface = M::surface(ray, over, entry, &traced.place);
+    let normals = normals_on(ray, texels, &traced.hit, &surface);
+    let gradients = surface.gradients();
+    SurfaceAt {
+        normals,
+        gradients,
+        frame: TangentFrame::new(traced.hit.class, &normals, gradients),
+    }
 }
 
 /// A camera as far as one of its rays needs it, in the space of the object.
@@ -87,10 +122,11 @@ pub fn intersect<M: Model<Over>, Over, T: Texels + ?Sized>(
             let traced = trace::<M, _, _>(ray, over, texels, &entry);
             if traced.hit.class != CLASS_MISS {
                 let hit = &traced.hit;
-                let surface = M::surface(ray, over, &entry, &traced.place);
-                let normals = normals_on(ray, texels, hit, &surface);
-                let gradients = surface.gradients();
-                let frame = TangentFrame::new(hit.class, &normals, gradients);
+                let SurfaceAt {
+                    normals,
+                    gradients,
+                    frame,
+                } = surface_at::<M, _, _>(ray, over, texels, &entry, &traced);
                 let [right, down] = on_plane(
                     ray.frame,
                     ray.direction,
@@ -110,6 +146,8 @@ pub fn intersect<M: Model<Over>, Over, T: Texels + ?Sized>(
                     uv_right: change(right),
                     uv_down: change(down),
                     depth_fraction: hit.depth_fraction,
+                    object: ray.object.number,
+                    layer: hit.layer,
                 };
             }
         }

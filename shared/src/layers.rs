@@ -12,6 +12,8 @@ use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL
 use crate::openness::{hidden, openness};
 use crate::profile::Profile;
 use crate::shape_map::{ShapeMap, Texels};
+#[cfg(not(feature = "double"))]
+use crate::stack::Layer;
 use crate::stack::{COLORS, FINISH, Stack};
 #[cfg(not(feature = "double"))]
 use crate::{FAR, Vec2};
@@ -123,18 +125,14 @@ pub fn around<T: Texels + ?Sized>(object: &Object, texels: &T, hit: &Hit, densit
     let mut foot = FAR;
     let mut higher = hit.layer;
     let mut top = own.top;
-    let mut index = 0;
-    while index < stack.count {
-        let layer = stack.layer(texels, index);
-        let distance = map.of_layer(index).distance(texels, hit.uv);
-        let (beside, _) = layer.faces(stack.slope, distance, hit.depth_fraction);
+    let see = |index, layer: &Layer, _, (beside, _): (Real, Real)| {
         if is_cap && layer.top < own.top && layer.bottom >= own.top && beside < foot {
             foot = beside;
             higher = index;
             top = layer.top;
         }
-        index += 1;
-    }
+    };
+    stack.each(texels, hit.uv, hit.depth_fraction, see);
     let own_distance = map.of_layer(hit.layer).distance(texels, hit.uv);
     let (outline, _) = own.faces(stack.slope, own_distance, hit.depth_fraction);
     let is_foot = foot < -outline;

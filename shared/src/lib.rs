@@ -33,7 +33,7 @@
 //! shadow        hit → lit or not
 //! light         normal → colour
 //! tangent       hit → tangent frame
-//! intersection  a ray of an engine → hit
+//! intersection  ray of an engine → hit; hit → the surface there
 //! gbuffer       hit → words, for materials and lights
 //! openness      hit → how much of the sky it sees
 //! shading       words → colour: what a scene with materials or lights needs

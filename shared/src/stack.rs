@@ -148,6 +148,26 @@ impl<'a> Stack<'a> {
         }
     }
 
+    /// Calls `see` with each layer of the stack around a point: its index, itself, the distance to
+    /// its pattern in texels, and its [`Layer::faces`].
+    #[inline]
+    pub fn each<T: Texels + ?Sized>(
+        &self,
+        texels: &T,
+        uv: Vec2,
+        depth_fraction: Real,
+        mut see: impl FnMut(u32, &Layer, Real, (Real, Real)),
+    ) {
+        let mut index = 0;
+        while index < self.count {
+            let layer = self.layer(texels, index);
+            let distance = self.map.of_layer(index).distance(texels, uv);
+            let faces = layer.faces(self.slope, distance, depth_fraction);
+            see(index, &layer, distance, faces);
+            index += 1;
+        }
+    }
+
     /// Returns two distances from a point to the stack, texels: one that does not shrink with
     /// δ, and the nearest.
     #[inline]
@@ -159,15 +179,11 @@ impl<'a> Stack<'a> {
     ) -> (Real, Real) {
         let mut clear = FAR;
         let mut gap = FAR;
-        let mut index = 0;
-        while index < self.count {
-            let layer = self.layer(texels, index);
-            let distance = self.map.of_layer(index).distance(texels, uv);
-            let (beside, above) = layer.faces(self.slope, distance, depth_fraction);
+        let see = |_, layer: &Layer, distance: Real, (beside, above): (Real, Real)| {
             clear = min(clear, distance - max(layer.profile.largest_radius(), 0.0));
             gap = min(gap, max(beside, above));
-            index += 1;
-        }
+        };
+        self.each(texels, uv, depth_fraction, see);
         (clear, gap)
     }
 
@@ -184,11 +200,7 @@ impl<'a> Stack<'a> {
         let mut nearest = 0;
         let mut is_face = false;
         let mut is_growing = false;
-        let mut index = 0;
-        while index < self.count {
-            let layer = self.layer(texels, index);
-            let distance = self.map.of_layer(index).distance(texels, uv);
-            let (beside, above) = layer.faces(self.slope, distance, depth_fraction);
+        let see = |index, layer: &Layer, distance, (beside, above)| {
             let gap = max(beside, above);
             if gap < least {
                 least = gap;
@@ -197,8 +209,8 @@ impl<'a> Stack<'a> {
                 let own = layer.own(depth_fraction);
                 is_growing = layer.profile.is_growing(own, || distance);
             }
-            index += 1;
-        }
+        };
+        self.each(texels, uv, depth_fraction, see);
         (nearest, is_face, is_growing)
     }
 }

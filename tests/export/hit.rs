@@ -4,7 +4,7 @@ use super::cases::{Case, cases, exported, prepared};
 use super::opengl::{self, text};
 use super::webgpu::{self, parsed, wgsl};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
-use relievo::export::{ExportedFile, Interface, Options, Output, Target, export};
+use relievo::export::{ExportedFile, Interface, MapForm, Options, Output, Target, export};
 use relievo::render::Renderer;
 use relievo::render::gpu::{Choice, GpuRenderer, Shaders};
 use relievo_bitwise::{Adapter, Device};
@@ -217,6 +217,45 @@ fn gpu_colours_and_depths_alone_agree_in_every_bit() {
     }
 }
 
+/// A shape map in a texture is read as one in a buffer.
+#[test]
+fn gpu_a_map_in_a_texture_gives_the_same_words() {
+    let device = every_adapter().swap_remove(0).open().unwrap();
+    let gl = opengl::open();
+    for name in ["color_extrusion", "color_prisms", "color_layers"] {
+        let case = scenes().into_iter().find(|case| case.name == name).unwrap();
+        let [buffer, texture] = [MapForm::Buffer, MapForm::Texture].map(|map| {
+            let options = Options {
+                targets: vec![Target::Wgsl, Target::Glsl],
+                output: Output::Hit,
+                interface: Interface {
+                    map,
+                    ..Interface::default()
+                },
+                ..Options::default()
+            };
+            [export(&case.scene, &options).unwrap()]
+        });
+        let rows = webgpu::map_size(&texture[0]).unwrap()[1];
+        assert!(rows > 1 && webgpu::map_size(&buffer[0]).is_none());
+        let [words, found] = [&buffer, &texture]
+            .map(|objects| webgpu::draw(&device, &case.scene, objects, Output::Hit, &wgsl, None));
+        let covered = words.iter().filter(|pixel| pixel[..3] != [0; 3]).count();
+        assert!(covered > 1000, "{name}: there is something to see");
+        assert!(words == found, "{name}, WGSL");
+        match &gl {
+            Ok(gl) => {
+                let [words, found] = [&buffer, &texture].map(|objects| {
+                    let fragment = |files: &[ExportedFile]| text(files, "fragment.frag");
+                    opengl::draw(gl, &case.scene, objects, Output::Hit, fragment)
+                });
+                assert!(words == found, "{name}, GLSL");
+            }
+            Err(reason) => lacking(&format!("OpenGL 4.5 by way of EGL ({reason})")),
+        }
+    }
+}
+
 /// Two objects' functions and their buffers do not meet in one shader.
 #[test]
 fn two_hits_fit_in_one_shader() {
@@ -229,6 +268,7 @@ fn two_hits_fit_in_one_shader() {
                 prefix: prefix.to_string(),
                 group: 1,
                 first_binding,
+                ..Interface::default()
             },
             ..Options::default()
         };

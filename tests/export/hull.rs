@@ -85,15 +85,14 @@ fn leaves(triangles: &[[DVec3; 3]], origin: DVec3, direction: DVec3) -> bool {
     })
 }
 
-/// Returns the facets over which a ray hits something.
-fn hit_facets(scene: &PreparedScene, origin: Vec3, direction: Vec3) -> Vec<usize> {
+/// Returns the facets over which a ray hits something, with the distances.
+pub fn hit_facets(
+    scene: &PreparedScene,
+    camera: &Camera,
+    origin: Vec3,
+    direction: Vec3,
+) -> Vec<(usize, f32)> {
     let object = &scene.objects[0];
-    let camera = Camera {
-        forward: direction,
-        right: Vec3::splat(1e-3),
-        down: Vec3::splat(1e-3),
-        near: 1e-3,
-    };
     let frame = camera.frame(origin);
     let ray = Ray {
         frame: &frame,
@@ -101,23 +100,23 @@ fn hit_facets(scene: &PreparedScene, origin: Vec3, direction: Vec3) -> Vec<usize
         direction,
     };
     let map = object.map.words();
-    let hits = |facet: &usize| {
-        let class = match (scene.objects[0].prisms.is_empty(), object.parameters.tier) {
+    let hit = |facet: usize| {
+        let found = match (scene.objects[0].prisms.is_empty(), object.parameters.tier) {
             (false, _) => {
                 let home = Home {
                     prisms: &object.prisms[..],
-                    index: *facet as u32,
+                    index: facet as u32,
                 };
-                intersect::<Prisms, _, _>(&ray, &home, map).class
+                intersect::<Prisms, _, _>(&ray, &home, map)
             }
             (_, relievo_shared::layout::TIER_PLANAR) => {
-                intersect::<Flat, _, _>(&ray, &object.triangles[*facet], map).class
+                intersect::<Flat, _, _>(&ray, &object.triangles[facet], map)
             }
-            _ => intersect::<Quadric, _, _>(&ray, &object.triangles[*facet], map).class,
+            _ => intersect::<Quadric, _, _>(&ray, &object.triangles[facet], map),
         };
-        class != 0
+        (found.class != 0).then_some((facet, found.t))
     };
-    (0..object.triangles.len()).filter(hits).collect()
+    (0..object.triangles.len()).filter_map(hit).collect()
 }
 
 #[test]
@@ -137,7 +136,13 @@ fn no_hit_is_outside_its_hull() {
             }
             let target = (random.vector(1.3) * DVec3::new(1.0, 0.3, 1.0)).as_vec3();
             let direction = (target - origin).normalize();
-            for facet in hit_facets(&scene, origin, direction) {
+            let camera = Camera {
+                forward: direction,
+                right: Vec3::splat(1e-3),
+                down: Vec3::splat(1e-3),
+                near: 1e-3,
+            };
+            for (facet, _) in hit_facets(&scene, &camera, origin, direction) {
                 let found = |hulls: &[Vec<[DVec3; 3]>]| {
                     leaves(&hulls[facet], origin.as_dvec3(), direction.as_dvec3())
                 };

@@ -7,6 +7,7 @@ mod hit;
 mod hull;
 #[allow(dead_code, reason = "its other users need the rest")]
 mod opengl;
+mod orthographic;
 mod tools;
 mod webgpu;
 

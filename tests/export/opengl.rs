@@ -1,6 +1,7 @@
 //! Exported GLSL, drawn with OpenGL 4.5 offscreen, through EGL.
 
 use super::cases::{Difference, cases, exported, file};
+use super::webgpu::map_size;
 use glow::HasContext;
 use khronos_egl as egl;
 use relievo::export::{ExportedFile, Output, Target};
@@ -124,6 +125,30 @@ pub fn draw(
             gl.use_program(Some(program));
             let names = ["frame.bin", "object.bin", "facets.bin", "map.bin"];
             for (binding, name) in (0..).zip(names) {
+                if let Some([width, height]) = map_size(files).filter(|_| binding == 3) {
+                    gl.active_texture(glow::TEXTURE0 + binding);
+                    let texture = gl.create_texture().unwrap();
+                    gl.bind_texture(glow::TEXTURE_2D, Some(texture));
+                    let [width, height] = [width as i32, height as i32];
+                    gl.tex_storage_2d(glow::TEXTURE_2D, 1, glow::R32UI, width, height);
+                    let texels = glow::PixelUnpackData::Slice(Some(file(files, name)));
+                    let (target, format) = (glow::TEXTURE_2D, glow::RED_INTEGER);
+                    gl.tex_sub_image_2d(
+                        target,
+                        0,
+                        0,
+                        0,
+                        width,
+                        height,
+                        format,
+                        glow::UNSIGNED_INT,
+                        texels,
+                    );
+                    for filter in [glow::TEXTURE_MIN_FILTER, glow::TEXTURE_MAG_FILTER] {
+                        gl.tex_parameter_i32(glow::TEXTURE_2D, filter, glow::NEAREST as i32);
+                    }
+                    continue;
+                }
                 let buffer = gl.create_buffer().unwrap();
                 let target = glow::SHADER_STORAGE_BUFFER;
                 gl.bind_buffer(target, Some(buffer));

@@ -5,6 +5,7 @@ use relievo::export::{ExportedFile, Output, Target};
 use relievo::prepare::PreparedScene;
 use relievo_bitwise::{Device, Module, wgpu};
 use relievo_tests::{every_adapter, lacking};
+use serde_json::Value;
 use std::process::Command;
 
 /// The vertex and the fragment shader of an object's files.
@@ -66,6 +67,18 @@ fn hlsl(device: &Device, files: &[ExportedFile]) -> [wgpu::ShaderModule; 2] {
     })
 }
 
+/// Returns the size of the texture of the shape map, if `layout.json` says that it is one.
+pub fn map_size(files: &[ExportedFile]) -> Option<[u32; 2]> {
+    let layout: Value = serde_json::from_slice(file(files, "layout.json")).unwrap();
+    let entry = &layout["bind_groups"][0]["entries"][3];
+    let is_texture = entry["type"] == "texture";
+    let side = |name: &str| entry["texture"][name].as_u64().unwrap() as u32;
+    is_texture.then(|| {
+        assert_eq!(entry["texture"]["format"], "r32uint");
+        [side("width"), side("height")]
+    })
+}
+
 /// Draws `objects` and reads the target: four words per pixel, rows from the
 /// top. If a prepass is given, this entry point writes depths first, and only fragments with the same
 /// ones are drawn.
@@ -89,6 +102,7 @@ pub fn draw(
         }
         Output::Words => (wgpu::TextureFormat::Rgba32Uint, wgpu::Color::TRANSPARENT),
     };
+    let texture_of_map = objects.iter().find_map(|files| map_size(files));
     let entries: Vec<_> = (0..4)
         .map(|binding| wgpu::BindGroupLayoutEntry {
             binding,
@@ -97,10 +111,17 @@ pub fn draw(
             } else {
                 wgpu::ShaderStages::VERTEX_FRAGMENT
             },
-            ty: wgpu::BindingType::Buffer {
-                ty: wgpu::BufferBindingType::Storage { read_only: true },
-                has_dynamic_offset: false,
-                min_binding_size: None,
+            ty: match texture_of_map {
+                Some(_) if binding == 3 => wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Uint,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                _ => wgpu::BindingType::Buffer {
+                    ty: wgpu::BufferBindingType::Storage { read_only: true },
+                    has_dynamic_offset: false,
+                    min_binding_size: None,
+                },
             },
             count: None,
         })
@@ -114,7 +135,7 @@ pub fn draw(
         bind_group_layouts: &[Some(&layout)],
         immediate_size: 0,
     });
-    let texture = |format, usage| {
+    let texture_of = |[width, height]: [u32; 2], format, usage| {
         gpu.create_texture(&wgpu::TextureDescriptor {
             label: None,
             size: wgpu::Extent3d {
@@ -126,9 +147,24 @@ pub fn draw(
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
             format,
-            usage: usage | wgpu::TextureUsages::RENDER_ATTACHMENT,
+            usage,
             view_formats: &[],
         })
+    };
+    let texture = |format, usage| {
+        let usage = usage | wgpu::TextureUsages::RENDER_ATTACHMENT;
+        texture_of([width, height], format, usage)
+    };
+    let texture_with = |bytes: &[u8], [width, height]: [u32; 2]| {
+        let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+        let texture = texture_of([width, height], wgpu::TextureFormat::R32Uint, usage);
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(4 * width),
+            rows_per_image: None,
+        };
+        queue.write_texture(texture.as_image_copy(), bytes, layout, texture.size());
+        texture.create_view(&wgpu::TextureViewDescriptor::default())
     };
     let buffer = |bytes: &[u8], usage| {
         let buffer = gpu.create_buffer(&wgpu::BufferDescriptor {
@@ -188,11 +224,15 @@ pub fn draw(
             };
             let buffers = ["frame.bin", "object.bin", "facets.bin", "map.bin"]
                 .map(|name| buffer(file(files, name), wgpu::BufferUsages::STORAGE));
+            let map = map_size(files).map(|size| texture_with(file(files, "map.bin"), size));
             let entries: Vec<_> = (0..)
                 .zip(&buffers)
                 .map(|(binding, buffer)| wgpu::BindGroupEntry {
                     binding,
-                    resource: buffer.as_entire_binding(),
+                    resource: match &map {
+                        Some(view) if binding == 3 => wgpu::BindingResource::TextureView(view),
+                        _ => buffer.as_entire_binding(),
+                    },
                 })
                 .collect();
             let group = gpu.create_bind_group(&wgpu::BindGroupDescriptor {

@@ -3,7 +3,7 @@
 use super::files::{DRAW_FILE, ShaderFile};
 use super::hull::{self, Hull};
 use super::layout::{Binding, Element, Struct, structs};
-use super::{Options, Output};
+use super::{MapForm, Options, Output};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::shaders::EntryPoints;
 use relievo_translate::METAL_SIZES;
@@ -60,8 +60,32 @@ struct Entry {
     element: &'static str,
     is_array: bool,
     element_bytes: usize,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    texture: Option<TextureJson>,
     file: &'static str,
     about: &'static str,
+}
+
+/// The texture of the shape map.
+#[derive(Serialize)]
+struct TextureJson {
+    format: &'static str,
+    sample_type: &'static str,
+    view_dimension: &'static str,
+    width: u32,
+    height: usize,
+}
+
+impl TextureJson {
+    fn of(object: &PreparedObject) -> TextureJson {
+        TextureJson {
+            format: "r32uint",
+            sample_type: "uint",
+            view_dimension: "2d",
+            width: MapForm::WIDTH,
+            height: MapForm::height(object.map.words().len()),
+        }
+    }
 }
 
 #[derive(Serialize)]
@@ -249,10 +273,11 @@ pub(super) fn json(
         } else {
             vec!["fragment"]
         },
-        kind: "read-only-storage",
+        kind: binding.map.name(),
         element: binding.element.name(),
         is_array: binding.is_array,
         element_bytes: element_bytes(binding.element, &structs),
+        texture: (binding.map == MapForm::Texture).then(|| TextureJson::of(object)),
         file: binding.file,
         about: binding.about,
     };
@@ -387,7 +412,7 @@ pub(super) fn rust(entry_points: EntryPoints, options: &Options) -> String {
         "pub const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::{format};"
     ));
     put(&format!(
-        "/// Files with the contents of the buffers of group {}, in the order of their bindings.",
+        "/// Files with the contents of group {}, in the order of the bindings.",
         interface.group
     ));
     let files = bindings.map(|binding| format!("{:?}", binding.file));
@@ -412,24 +437,49 @@ pub(super) fn rust(entry_points: EntryPoints, options: &Options) -> String {
         put("}");
     }
     put("");
+    let is_texture = interface.map == MapForm::Texture;
+    if is_texture {
+        put(
+            "/// Width of the texture with the shape map, of the format R32Uint; its file has whole rows.",
+        );
+        put(&format!("pub const MAP_WIDTH: u32 = {};", MapForm::WIDTH));
+        put("");
+    }
     put(&format!(
-        "/// Makes the layout of group {}: four read-only storage buffers.",
-        interface.group
+        "/// Makes the layout of group {}: {}.",
+        interface.group,
+        match interface.map {
+            MapForm::Buffer => "four read-only storage buffers",
+            MapForm::Texture => "three read-only storage buffers and the texture of the shape map",
+        }
     ));
     put("pub fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {");
     put("    let both = wgpu::ShaderStages::VERTEX_FRAGMENT;");
     put("    let stages = [both, both, both, wgpu::ShaderStages::FRAGMENT];");
+    put("    let buffer = wgpu::BindingType::Buffer {");
+    put("        ty: wgpu::BufferBindingType::Storage { read_only: true },");
+    put("        has_dynamic_offset: false,");
+    put("        min_binding_size: None,");
+    put("    };");
+    if is_texture {
+        put("    let texture = wgpu::BindingType::Texture {");
+        put("        sample_type: wgpu::TextureSampleType::Uint,");
+        put("        view_dimension: wgpu::TextureViewDimension::D2,");
+        put("        multisampled: false,");
+        put("    };");
+        put("    let types = [buffer, buffer, buffer, texture];");
+    }
     put("    let entries = [0, 1, 2, 3].map(|index| wgpu::BindGroupLayoutEntry {");
     put(&match interface.first_binding {
         0 => "        binding: index,".to_string(),
         first => format!("        binding: {first} + index,"),
     });
     put("        visibility: stages[index as usize],");
-    put("        ty: wgpu::BindingType::Buffer {");
-    put("            ty: wgpu::BufferBindingType::Storage { read_only: true },");
-    put("            has_dynamic_offset: false,");
-    put("            min_binding_size: None,");
-    put("        },");
+    put(if is_texture {
+        "        ty: types[index as usize],"
+    } else {
+        "        ty: buffer,"
+    });
     put("        count: None,");
     put("    });");
     put("    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {");

@@ -1,8 +1,9 @@
 //! What an engine needs to find hits on an object, in memory.
 
-use super::{ExportError, Interface, write_function};
+use super::{ExportError, Interface, MapForm, map_bytes, write_function};
 use crate::prepare::PreparedObject;
 use crate::shaders::{EntryPoints, Extent, Facets, facet_bytes};
+use relievo_shared::layout::Object;
 use std::borrow::Cow;
 
 /// The function that finds what a ray hits on an object, and the buffers that it reads:
@@ -59,12 +60,30 @@ impl<'a> EngineHit<'a> {
         write_function(self.object, self.entry_points, interface)
     }
 
-    /// Returns the contents of the buffers: the object, the facets and the map.
+    /// Returns the contents of the buffers: the object, the facets and the map, as
+    /// [`MapForm::Buffer`].
     pub fn buffers(&self) -> [Cow<'a, [u8]>; 3] {
+        let parameters = parameters(self.object);
         [
-            bytemuck::bytes_of(&self.object.parameters).into(),
+            bytemuck::bytes_of(&parameters).to_vec().into(),
             facet_bytes(self.object, self.entry_points.facets),
             bytemuck::cast_slice(self.object.map.words()).into(),
         ]
+    }
+
+    /// Returns the contents of the texture with the map, as [`MapForm::Texture`].
+    ///
+    /// # Errors
+    /// [`ExportError::Map`] if a texture does not hold it.
+    pub fn map_texture(&self) -> Result<Vec<u8>, ExportError> {
+        map_bytes(self.object, MapForm::Texture)
+    }
+}
+
+/// Returns the parameters of `object` with its number in the scene, from 1.
+pub(super) fn parameters(object: &PreparedObject) -> Object {
+    Object {
+        number: object.number as u32 + 1,
+        ..object.parameters
     }
 }

@@ -2,6 +2,7 @@
 
 use super::interface::Interface;
 use super::layout::{Binding, Struct};
+use super::map::{MapForm, as_texture};
 use super::shader::name;
 use naga::compact::{KeepUnused, compact};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -45,7 +46,7 @@ pub(super) const ARGUMENTS: [Described; 7] = [
 ];
 
 /// The fields of the result, in the order of the compiled shader's locations.
-pub(super) const FIELDS: [Described; 9] = [
+pub(super) const FIELDS: [Described; 11] = [
     described(
         "surface_class",
         "0 nothing, 1 cap, 2 wall, 3 bevel, 4 floor.",
@@ -70,6 +71,14 @@ pub(super) const FIELDS: [Described; 9] = [
     described("uv_right", "Change of uv to the pixel on the right."),
     described("uv_down", "Change of uv to the pixel below."),
     described("depth_fraction", "0 on the mesh's surface, 1 on the floor."),
+    described(
+        "object",
+        "`number` of the buffer of the object: as exported, its number in the scene, from 1.",
+    ),
+    described(
+        "layer",
+        "Number of the layer that is hit: 0 is the object's own pattern; on the floor, of the one that is nearest.",
+    ),
 ];
 
 /// A shader of a picture that calls the function.
@@ -81,7 +90,7 @@ pub(super) struct Picture {
 }
 
 /// All of them.
-pub(super) const PICTURES: [Picture; 3] = [
+pub(super) const PICTURES: [Picture; 4] = [
     Picture {
         file: "fragment",
         entry_point: "fs_main",
@@ -89,6 +98,10 @@ pub(super) const PICTURES: [Picture; 3] = [
     Picture {
         file: "depth",
         entry_point: "fs_depth",
+    },
+    Picture {
+        file: "depth_orthographic",
+        entry_point: "fs_depth_orthographic",
     },
     Picture {
         file: "geometry",
@@ -119,8 +132,11 @@ pub(super) fn function(
         .validate(&module)
         .map_err(|error| format!("{:?}", error.as_inner()))?;
     let flags = naga::back::wgsl::WriterFlags::empty();
-    let text =
+    let mut text =
         naga::back::wgsl::write_string(&module, &info, flags).map_err(|error| error.to_string())?;
+    if interface.map == MapForm::Texture {
+        text = as_texture(&text, &interface.map_names())?;
+    }
     Ok(commented(&text, interface))
 }
 

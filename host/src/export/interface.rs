@@ -2,6 +2,7 @@
 
 use super::ExportError;
 use super::layout::{Binding, bindings};
+use super::map::{self, MapForm};
 use crate::shaders::Facets;
 use naga::{Module, ResourceBinding, Type, TypeInner};
 use relievo_translate::GROUP;
@@ -15,15 +16,18 @@ pub struct Interface {
     pub group: u32,
     /// Binding of the first of the four buffers; the others follow.
     pub first_binding: u32,
+    /// How shaders read the shape map, at the last of these bindings.
+    pub map: MapForm,
 }
 
 impl Default for Interface {
-    /// The prefix `relievo`, and bindings 0 to 3 of group 0.
+    /// The prefix `relievo`, bindings 0 to 3 of group 0, and the map in a buffer.
     fn default() -> Interface {
         Interface {
             prefix: "relievo".to_string(),
             group: 0,
             first_binding: 0,
+            map: MapForm::Buffer,
         }
     }
 }
@@ -92,6 +96,15 @@ impl Interface {
         words + name
     }
 
+    /// Returns the names of the map.
+    pub(super) fn map_names(&self) -> map::Names {
+        map::Names {
+            map: self.value("map"),
+            data: self.type_name("WordData"),
+            word: self.value("map_word"),
+        }
+    }
+
     /// Returns a text that is written for the prefix `relievo`, with these names and bindings.
     pub(super) fn adapt(&self, text: &str) -> String {
         text.replace("relievo_", &self.value(""))
@@ -101,9 +114,9 @@ impl Interface {
             .replace("GROUP", &self.group.to_string())
     }
 
-    /// Returns the buffers of an object with these facets, with their bindings.
+    /// Returns what the shaders of an object with these facets read, with the bindings.
     pub(super) fn bindings(&self, facets: Facets) -> [Binding; 4] {
-        bindings(facets).map(|binding| Binding {
+        bindings(facets, self.map).map(|binding| Binding {
             number: self.first_binding + binding.number,
             ..binding
         })
@@ -161,6 +174,7 @@ mod tests {
             prefix: prefix.to_string(),
             group,
             first_binding,
+            map: MapForm::Buffer,
         }
     }
 

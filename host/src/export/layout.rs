@@ -1,6 +1,7 @@
 //! Describes the structs that shaders read. The JSON, the Rust and the names in the
 //! shaders are generated from this one table. Offsets are the compiler's.
 
+use super::map::MapForm;
 use crate::shaders::Facets;
 use relievo_shared::layout;
 use std::mem::{offset_of, size_of};
@@ -227,7 +228,7 @@ structs! {
     }
 }
 
-/// A buffer that the shaders read.
+/// A buffer or a texture that the shaders read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Binding {
     /// Binding number in group 0.
@@ -242,11 +243,13 @@ pub(super) struct Binding {
     pub(super) is_array: bool,
     /// Whether the vertex shader reads it; the fragment shader reads every buffer.
     pub(super) in_vertex: bool,
+    /// How shaders read it, if it is the shape map.
+    pub(super) map: MapForm,
     pub(super) about: &'static str,
 }
 
-/// Returns the buffers of an object with these facets.
-pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
+/// Returns what the shaders of an object with these facets read.
+pub(super) fn bindings(facets: Facets, map: MapForm) -> [Binding; 4] {
     let (facet, about) = match facets {
         Facets::Triangles => ("Triangle", "the object's triangles"),
         Facets::PlanarTriangles => ("PlanarTriangle", "the object's triangles"),
@@ -260,6 +263,7 @@ pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
             element: Element::Struct("Frame"),
             is_array: true,
             in_vertex: true,
+            map: MapForm::Buffer,
             about: "camera, light and size of the picture: one",
         },
         Binding {
@@ -269,6 +273,7 @@ pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
             element: Element::Struct("Object"),
             is_array: false,
             in_vertex: true,
+            map: MapForm::Buffer,
             about: "the object's parameters",
         },
         Binding {
@@ -278,6 +283,7 @@ pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
             element: Element::Struct(facet),
             is_array: true,
             in_vertex: true,
+            map: MapForm::Buffer,
             about,
         },
         Binding {
@@ -287,6 +293,7 @@ pub(super) fn bindings(facets: Facets) -> [Binding; 4] {
             element: Element::U32,
             is_array: true,
             in_vertex: false,
+            map,
             about: "the shape map, with texels packed into words",
         },
     ]
@@ -330,7 +337,7 @@ mod tests {
                 assert_eq!(end, described.size, "{}", described.name);
             }
             assert_eq!(all.last().unwrap().size, facets.bytes());
-            let facet = bindings(facets)[2].element;
+            let facet = bindings(facets, MapForm::Buffer)[2].element;
             assert_eq!(facet, Element::Struct(all.last().unwrap().name));
         }
     }

@@ -27,6 +27,7 @@ mod hit;
 mod hull;
 mod interface;
 mod layout;
+mod map;
 mod mesh;
 mod readme;
 mod shader;
@@ -42,6 +43,7 @@ use target::{Stage, file_name};
 pub use engine::EngineHit;
 pub use error::ExportError;
 pub use interface::Interface;
+pub use map::MapForm;
 pub use relievo_translate::Target;
 pub use target::Output;
 
@@ -119,6 +121,13 @@ pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFi
         });
     }
     options.interface.check()?;
+    if options.interface.map == MapForm::Texture && options.output != Output::Hit {
+        return Err(ExportError::Interface {
+            message:
+                "only --write hit has its shape map in a texture; export a buffer (--map buffer)"
+                    .to_string(),
+        });
+    }
     if let [object] = objects.as_slice() {
         return export_object(scene, object, options);
     }
@@ -229,11 +238,16 @@ fn export_object(
     files.push(text("bindings.rs", bindings::rust(entry_points, options)));
     let draw = [3 * object.triangles.len() as u32, 1, 0, 0];
     let frame = object.frame(&scene.frame);
+    let parameters = match options.output {
+        Output::Hit => engine::parameters(object),
+        Output::Color | Output::Words => object.parameters,
+    };
+    let map = map_bytes(object, options.interface.map)?;
     let buffers: [(&str, &[u8]); 5] = [
         ("frame.bin", bytemuck::bytes_of(&*frame)),
-        ("object.bin", bytemuck::bytes_of(&object.parameters)),
+        ("object.bin", bytemuck::bytes_of(&parameters)),
         ("facets.bin", &facet_bytes(object, entry_points.facets)),
-        ("map.bin", bytemuck::cast_slice(object.map.words())),
+        ("map.bin", &map),
         (DRAW_FILE, bytemuck::cast_slice(&draw)),
     ];
     files.extend(buffers.map(|(name, bytes)| ExportedFile {
@@ -277,6 +291,21 @@ fn shader_error(
     }
 }
 
+/// Returns the contents of the buffer or the texture of an object's shape map.
+fn map_bytes(object: &PreparedObject, form: MapForm) -> Result<Vec<u8>, ExportError> {
+    let words = object.map.words();
+    if !form.takes(words.len()) {
+        return Err(ExportError::Map {
+            object: object.name.clone(),
+            message: format!(
+                "{} words do not fit in a texture; give it fewer bits or pixels (map_bits, map_reduction), or export a buffer (--map buffer)",
+                words.len()
+            ),
+        });
+    }
+    Ok(form.bytes(words))
+}
+
 /// Returns the function that finds what a ray hits on an object, in WGSL.
 fn write_function(
     object: &PreparedObject,
@@ -286,7 +315,7 @@ fn write_function(
     let name = entry_points.hit;
     let failed = |message| shader_error(object, name, Target::Wgsl, message);
     let words = words(HITS, name).ok_or_else(|| failed(NOT_BUILT_IN.to_string()))?;
-    let bindings = layout::bindings(entry_points.facets);
+    let bindings = layout::bindings(entry_points.facets, MapForm::Buffer);
     let structs = layout::structs(entry_points.facets);
     hit::function(&words, &bindings, &structs, interface).map_err(failed)
 }
@@ -310,7 +339,7 @@ fn write_shader(
     let asks_for_exits = stage == Stage::Fragment && entry_points.asks_for_exits;
     let failed = |message| shader_error(object, name, target, message);
     let words = words(FAST, name).ok_or_else(|| failed(NOT_BUILT_IN.to_string()))?;
-    let bindings = layout::bindings(entry_points.facets);
+    let bindings = layout::bindings(entry_points.facets, MapForm::Buffer);
     let structs = layout::structs(entry_points.facets);
     let written = translate(
         &words, stage, &bindings, &structs, *output, target, interface,

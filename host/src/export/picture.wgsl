@@ -41,15 +41,21 @@ struct RelievoPixel {
     depth: f32,
 }
 
-// What a pixel hits over a facet.
-fn relievo_pixel(position: vec4<f32>, facet: u32) -> RelievoPixel {
+// The vector from the eye to the centre of a pixel.
+fn relievo_through(position: vec4<f32>) -> vec3<f32> {
     let frame = relievo_frames.at[0];
     let x = floor(position.x);
     let y = floor(select(position.y, frame.size[1] - position.y, RELIEVO_ROWS_UPWARDS));
+    return relievo_vector(frame.ray_first) + relievo_vector(frame.ray_right) * x + relievo_vector(frame.ray_down) * y;
+}
+
+// What a pixel hits over a facet.
+fn relievo_pixel(position: vec4<f32>, facet: u32) -> RelievoPixel {
+    let frame = relievo_frames.at[0];
     let forward = relievo_vector(frame.forward);
     let right = relievo_vector(frame.ray_right);
     let down = relievo_vector(frame.ray_down);
-    let through = relievo_vector(frame.ray_first) + right * x + down * y;
+    let through = relievo_through(position);
     let direction = through * (1.0 / sqrt(dot(through, through)));
     let hit = relievo_hit(relievo_vector(frame.eye), direction, forward, right, down, frame.near, facet);
     return RelievoPixel(hit, direction, frame.near / (hit.t * dot(direction, forward)));
@@ -90,6 +96,22 @@ fn fs_depth(@builtin(position) position: vec4<f32>, @location(0) @interpolate(fl
         discard;
     }
     return pixel.depth;
+}
+
+// The same of an orthographic camera, whose frame is in README.md: 1 - distance from the eye's plane / near.
+@fragment
+fn fs_depth_orthographic(@builtin(position) position: vec4<f32>, @location(0) @interpolate(flat) facet: u32) -> @builtin(frag_depth) f32 {
+    let frame = relievo_frames.at[0];
+    let forward = relievo_vector(frame.forward);
+    let origin = relievo_vector(frame.eye) + relievo_through(position);
+    // Parallel rays are as wide everywhere as those of a perspective camera on the far plane.
+    let right = relievo_vector(frame.ray_right) / frame.near;
+    let down = relievo_vector(frame.ray_down) / frame.near;
+    let hit = relievo_hit(origin, forward, forward, right, down, 1e-6 * frame.near, facet);
+    if hit.surface_class == 0u || hit.t > frame.near {
+        discard;
+    }
+    return 1.0 - hit.t / frame.near;
 }
 
 struct RelievoGeometry {

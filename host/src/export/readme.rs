@@ -6,7 +6,7 @@ use super::hull::{INDICES_FILE, VERTICES_FILE};
 use super::interface::Interface;
 use super::layout::Binding;
 use super::target::Stage;
-use super::{Options, Output};
+use super::{MapForm, Options, Output};
 use crate::prepare::{PreparedObject, PreparedScene};
 use crate::shaders::EntryPoints;
 use relievo_shared::layout::{TIER_ACCURATE, TIER_FAST, TIER_PLANAR};
@@ -112,8 +112,16 @@ pub(super) fn object(
     );
 
     text += &format!(
-        "## Bind\n\nGroup (set, space) {} has four read-only storage buffers, little-endian, without padding:\n\n",
-        interface.group
+        "## Bind\n\nGroup (set, space) {} has {}, little-endian, without padding:\n\n",
+        interface.group,
+        match interface.map {
+            MapForm::Buffer => "four read-only storage buffers".to_string(),
+            MapForm::Texture => format!(
+                "three read-only storage buffers and a 2D texture (`r32uint`, {} × {} texels, without levels of detail)",
+                MapForm::WIDTH,
+                MapForm::height(map.words().len())
+            ),
+        }
     );
     text +=
         "| binding | name | contents | stages | bytes in this export |\n|---|---|---|---|---|\n";
@@ -121,7 +129,7 @@ pub(super) fn object(
         size_of_val(&scene.frame),
         size_of_val(&object.parameters),
         object.triangles.len() * entry_points.facets.bytes(),
-        size_of_val(map.words()),
+        interface.map.bytes(map.words()).len(),
     ];
     for (
         Binding {
@@ -216,7 +224,7 @@ pub(super) fn object(
 fn hit_section(interface: &Interface) -> String {
     let (function, first) = (interface.value("hit"), interface.first_binding);
     let mut text = format!(
-        "## The hit\n\n`{0}` finds what a ray hits in the shell over one facet; call it for each pixel of the\nfacet's outline, as `fragment`, `depth` and `geometry` do. It reads bindings {1} to {2}. Positions and\ndirections are in object space. It neither discards nor asks for derivatives, so it may be called\nin any stage and in any branch. In Metal the three buffers are further arguments. SPIR-V has no\nincludes, and only the shaders that call it.\n\n| argument of `{0}` | |\n|---|---|\n",
+        "## The hit\n\n`{0}` finds what a ray hits in the shell over one facet; call it for each pixel of the\nfacet's outline, as `fragment`, `depth` and `geometry` do. It reads bindings {1} to {2}. Positions and\ndirections are in object space. It neither discards nor asks for derivatives, so it may be called\nin any stage and in any branch. In Metal what it reads is given by further arguments. SPIR-V has no\nincludes, and only the shaders that call it.\n\n| argument of `{0}` | |\n|---|---|\n",
         function,
         first + 1,
         first + 3
@@ -235,7 +243,12 @@ fn hit_section(interface: &Interface) -> String {
         draw those that are turned away (cull mode `front`, counterclockwise faces are front). Add `outward` times\n\
         the width of a pixel at the vertex (object units) to `position`: then pixels and samples at the\n\
         edges are covered, whatever the device's rules. `layout.json` describes the vertices. The hit is at `origin + t\n\
-        direction`: write its depth, by the engine's matrices.\n\n"
+        direction`: write its depth, by the engine's matrices.\n\n\
+        ### Orthographic cameras\n\n\
+        `depth_orthographic` draws the hulls into the shadow map of a distant light. It takes a `frame` with the\n\
+        centre of the near plane as `eye`, the distance from there to the far plane as `near`, the change of position from\n\
+        pixel to pixel as `ray_right` and `ray_down`, and the vector from the eye to the centre of the first pixel\n\
+        as `ray_first`. The depth is 1 on the near plane and 0 on the far plane.\n\n"
 }
 
 /// Formats names as a list in code style.

@@ -12,7 +12,7 @@ pub const VERTICES_PER_FACET: u32 = 3;
 pub const DEPTH_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
 /// Format of a target that keeps the fragment shader's output exactly.
 pub const TARGET_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
-/// Files with the contents of the buffers of group 0, in the order of their bindings.
+/// Files with the contents of group 0, in the order of the bindings.
 pub const BUFFERS: [&str; 4] = ["frame.bin", "object.bin", "facets.bin", "map.bin"];
 
 /// The camera, the picture and the light of one frame.
@@ -183,14 +183,15 @@ pub struct PrismData {
 pub fn bind_group_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     let both = wgpu::ShaderStages::VERTEX_FRAGMENT;
     let stages = [both, both, both, wgpu::ShaderStages::FRAGMENT];
+    let buffer = wgpu::BindingType::Buffer {
+        ty: wgpu::BufferBindingType::Storage { read_only: true },
+        has_dynamic_offset: false,
+        min_binding_size: None,
+    };
     let entries = [0, 1, 2, 3].map(|index| wgpu::BindGroupLayoutEntry {
         binding: index,
         visibility: stages[index as usize],
-        ty: wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        },
+        ty: buffer,
         count: None,
     });
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {

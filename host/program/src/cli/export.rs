@@ -6,7 +6,9 @@ use super::say;
 use super::session::{Loaded, inputs, load, say_plans};
 use clap::{Args, ValueEnum};
 use relievo::Error;
-use relievo::export::{ExportedFile, Interface, Options, Output, Target, contents, export};
+use relievo::export::{
+    ExportedFile, Interface, MapForm, Options, Output, Target, contents, export,
+};
 use relievo::file::write_folder;
 use relievo::scene::Scene;
 use std::path::{Path, PathBuf};
@@ -24,6 +26,15 @@ pub enum Language {
     Hlsl,
     /// For Metal, version 2.0
     Msl,
+}
+
+/// How --write hit reads the shape map.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Map {
+    /// In a storage buffer
+    Buffer,
+    /// In a texture of the format r32uint
+    Texture,
 }
 
 /// Output of exported fragment shaders.
@@ -65,6 +76,9 @@ pub struct ExportArguments {
     /// Binding of the first of the four buffers
     #[arg(long, value_name = "N", default_value_t = 0)]
     first_binding: u32,
+    /// How --write hit reads the shape map
+    #[arg(long, value_enum, value_name = "FORM", default_value_t = Map::Buffer)]
+    map: Map,
     /// Size of the picture instead of the scene's
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Option<[u32; 2]>,
@@ -91,6 +105,10 @@ pub fn run(arguments: &ExportArguments) -> anyhow::Result<()> {
             prefix: arguments.prefix.clone(),
             group: arguments.group,
             first_binding: arguments.first_binding,
+            map: match arguments.map {
+                Map::Buffer => MapForm::Buffer,
+                Map::Texture => MapForm::Texture,
+            },
         },
     };
     let files = export(prepared, &options).map_err(Error::from)?;
