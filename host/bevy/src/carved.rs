@@ -97,6 +97,20 @@ pub struct CarvedMaterial {
     pub bevel: Finish,
     /// The floor.
     pub floor: Finish,
+    /// The further layers of a scene's object. Those that are left out have the materials of its own
+    /// pattern.
+    pub layers: Vec<LayerMaterial>,
+}
+
+/// The materials of a further layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct LayerMaterial {
+    /// Its caps and undersides.
+    pub cap: Finish,
+    /// Its upright walls.
+    pub wall: Finish,
+    /// Its bevels and chamfers.
+    pub bevel: Finish,
 }
 
 /// What differs from the base material; `None` keeps its value.

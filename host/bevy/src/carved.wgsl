@@ -6,10 +6,11 @@ struct Carving {
     ball: vec4<f32>,
     // Repeats of the pattern along u and v.
     repeat: vec2<f32>,
-    // Base colours of cap, wall, bevel and floor; an alpha of 0 keeps the material's.
-    colors: array<vec4<f32>, 4>,
+    // Base colours of cap, wall, bevel and floor, and of cap, wall and bevel of further layers; an alpha
+    // of 0 keeps the material's.
+    colors: array<vec4<f32>, FINISHES>,
     // Their roughness and metallic; a negative number keeps the material's.
-    finishes: array<vec4<f32>, 4>,
+    finishes: array<vec4<f32>, FINISHES>,
 }
 
 @group(#{MATERIAL_BIND_GROUP}) @binding(100) var<uniform> carving: Carving;
@@ -85,6 +86,8 @@ fn vertex(in: Vertex) -> Varyings {
 // What a pixel hits.
 struct Found {
     surface_class: u32,
+    // Index of its finish.
+    finish: u32,
     world_position: vec4<f32>,
     world_normal: vec3<f32>,
     world_tangent: vec4<f32>,
@@ -145,6 +148,8 @@ fn find(in: Varyings) -> Found {
     );
     var found: Found;
     found.surface_class = hit.surface_class;
+    let is_own = hit.layer == 0u || hit.surface_class == 4u;
+    found.finish = select(3u * hit.layer + hit.surface_class, hit.surface_class - 1u, is_own);
     found.position = origin + direction * hit.t + carving.ball.xyz;
     found.world_position = world_from_local * vec4<f32>(found.position, 1.0);
     let back = mat3x3<f32>(world_from_local[0].xyz, world_from_local[1].xyz, world_from_local[2].xyz);
@@ -216,8 +221,8 @@ fn fragment(in: Varyings) -> Output {
     surface.instance_index = in.instance;
     var pbr_input = pbr_input_from_standard_material(surface, true);
 
-    let color = carving.colors[found.surface_class - 1u];
-    let finish = carving.finishes[found.surface_class - 1u];
+    let color = carving.colors[found.finish];
+    let finish = carving.finishes[found.finish];
     pbr_input.material.base_color = select(pbr_input.material.base_color, vec4<f32>(color.rgb, 1.0), color.a > 0.0);
     pbr_input.material.perceptual_roughness = select(pbr_input.material.perceptual_roughness, finish.x, finish.x >= 0.0);
     pbr_input.material.metallic = select(pbr_input.material.metallic, finish.y, finish.y >= 0.0);

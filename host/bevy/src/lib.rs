@@ -13,7 +13,7 @@ mod preparation;
 mod prepare;
 mod scene;
 
-pub use carved::{Carved, CarvedMaterial, Finish};
+pub use carved::{Carved, CarvedMaterial, Finish, LayerMaterial};
 pub use material::Carving;
 pub use pattern::{Pattern, PatternError, PatternLoader, PatternSettings};
 pub use preparation::IsPrepared;

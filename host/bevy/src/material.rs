@@ -1,7 +1,7 @@
 //! How a carved object is drawn: Bevy's standard material, extended by the hit.
 
+use crate::CarvedMaterial;
 use crate::hull::{BALL, FACET, FACING, OUTWARD, WHOLE};
-use crate::{CarvedMaterial, Finish};
 use bevy::asset::uuid::Uuid;
 use bevy::asset::{Asset, Handle};
 use bevy::material::AlphaMode;
@@ -17,6 +17,7 @@ use bevy::render::render_resource::{
 use bevy::render::storage::ShaderBuffer;
 use bevy::shader::{Shader, ShaderDefVal};
 use relievo::export::{EngineHit, ExportError, Interface};
+use relievo::scene::MOST_LAYERS;
 use std::marker::PhantomData;
 
 /// Binding of the uniform in carved.wgsl. Those of the object's buffers follow.
@@ -36,6 +37,9 @@ pub struct Carving {
     #[storage(103, read_only)]
     pub(crate) map: Handle<ShaderBuffer>,
 }
+
+/// Number of finishes: of cap, wall, bevel and floor, and three for each further layer.
+const FINISHES: usize = 4 + 3 * MOST_LAYERS;
 
 /// The material of carved entities.
 pub(crate) type CarvingMaterial = ExtendedMaterial<StandardMaterial, Carving>;
@@ -76,8 +80,8 @@ impl CarvingKey {
 pub(crate) struct CarvingUniform {
     pub ball: Vec4,
     pub repeat: Vec2,
-    pub colors: [Vec4; 4],
-    pub finishes: [Vec4; 4],
+    pub colors: [Vec4; FINISHES],
+    pub finishes: [Vec4; FINISHES],
 }
 
 impl From<&Carving> for CarvingUniform {
@@ -89,15 +93,18 @@ impl From<&Carving> for CarvingUniform {
 impl CarvingUniform {
     /// Sets colours and finishes.
     pub(crate) fn set(&mut self, material: &CarvedMaterial) {
-        let finishes = [material.cap, material.wall, material.bevel, material.floor];
-        self.colors = finishes.map(|finish| {
+        let own = [material.cap, material.wall, material.bevel, material.floor];
+        let layers = (0..MOST_LAYERS).flat_map(|index| match material.layers.get(index) {
+            Some(layer) => [layer.cap, layer.wall, layer.bevel],
+            None => [material.cap, material.wall, material.bevel],
+        });
+        for (index, finish) in own.into_iter().chain(layers).enumerate() {
             let color = finish.base_color.map(LinearRgba::from);
-            color.map_or(Vec4::ZERO, |color| color.with_alpha(1.0).to_vec4())
-        });
-        self.finishes = finishes.map(|finish: Finish| {
+            self.colors[index] = color.map_or(Vec4::ZERO, |color| color.with_alpha(1.0).to_vec4());
             let part = |value: Option<f32>| value.unwrap_or(-1.0);
-            Vec4::new(part(finish.roughness), part(finish.metallic), 0.0, 0.0)
-        });
+            self.finishes[index] =
+                Vec4::new(part(finish.roughness), part(finish.metallic), 0.0, 0.0);
+        }
     }
 }
 
@@ -146,7 +153,8 @@ pub(crate) fn shader(hit: &EngineHit<'_>) -> Result<Shader, ExportError> {
         ..Interface::default()
     };
     let function = hit.wgsl(&interface)?;
-    let text = format!("{IMPORTS}\n{function}\n{}", include_str!("carved.wgsl"));
+    let rest = include_str!("carved.wgsl").replace("FINISHES", &FINISHES.to_string());
+    let text = format!("{IMPORTS}\n{function}\n{rest}");
     let path = format!("relievo/{}.wgsl", hit.shader());
     Ok(Shader::from_wgsl(text, path))
 }

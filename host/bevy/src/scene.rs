@@ -2,7 +2,7 @@
 
 use crate::preparation::Stores;
 use crate::prepare::{Placed, prepare_scene};
-use crate::{CarvedMaterial, Finish, IsPrepared};
+use crate::{CarvedMaterial, Finish, IsPrepared, LayerMaterial};
 use bevy::asset::io::Reader;
 use bevy::asset::{AssetLoader, AssetPath, LoadContext, LoadState, ReadAssetBytesError};
 use bevy::prelude::*;
@@ -10,7 +10,7 @@ use bevy::tasks::futures_lite::future::{block_on, poll_once};
 use bevy::tasks::{AsyncComputeTaskPool, Task};
 use relievo::Files;
 use relievo::files::normal;
-use relievo::scene::{Scene, SceneError, SceneObject};
+use relievo::scene::{Layer, Scene, SceneError, SceneObject};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -77,6 +77,12 @@ impl AssetLoader for SceneLoader {
         // What is not drawn here need not be loaded.
         scene.lights.clear();
         scene.environment = None;
+        for material in &mut scene.materials {
+            material.base_color_image = None;
+            material.metallic_roughness_image = None;
+            material.normal_image = None;
+            material.emission_image = None;
+        }
         for object in &mut scene.objects {
             object.budget = None;
         }
@@ -100,16 +106,14 @@ impl AssetLoader for SceneLoader {
 
 /// Returns the finishes of an object: of the materials that it names, or else its colours.
 fn finishes(scene: &Scene, object: &SceneObject) -> CarvedMaterial {
-    let names = &object.finish;
-    let colors = object.material;
+    let linear = |color: relievo::scene::Color| {
+        let [red, green, blue] = color.linear();
+        Some(Color::linear_rgb(red, green, blue))
+    };
     let finish = |name: &Option<String>, color: relievo::scene::Color| {
         let is_named = |name: &String| {
             let mut all = scene.materials.iter();
             all.find(|material| material.name == *name)
-        };
-        let linear = |color: relievo::scene::Color| {
-            let [red, green, blue] = color.linear();
-            Some(Color::linear_rgb(red, green, blue))
         };
         match name.as_ref().and_then(is_named) {
             Some(material) => Finish {
@@ -123,12 +127,19 @@ fn finishes(scene: &Scene, object: &SceneObject) -> CarvedMaterial {
             },
         }
     };
+    let (names, colors) = (&object.finish, object.material);
+    let layer = |layer: &Layer| LayerMaterial {
+        cap: finish(&layer.finish.cap, layer.material.cap),
+        wall: finish(&layer.finish.wall, layer.material.wall),
+        bevel: finish(&layer.finish.bevel, layer.material.bevel),
+    };
     CarvedMaterial {
         base: Handle::default(),
         cap: finish(&names.cap, colors.cap),
         wall: finish(&names.wall, colors.wall),
         bevel: finish(&names.bevel, colors.bevel),
         floor: finish(&names.floor, colors.floor),
+        layers: object.layers.iter().map(layer).collect(),
     }
 }
 

@@ -23,6 +23,7 @@ use relievo::prepare::{PreparedScene, prepare};
 use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::{Camera as RelievoCamera, Scene, SceneObject};
 use relievo_bevy::{Carved, CarvedMaterial, Finish, IsPrepared, RelievoPlugin};
+use relievo_shared::layout::Frame;
 use std::fmt::Write;
 use std::path::PathBuf;
 use std::sync::Mutex;
@@ -316,6 +317,7 @@ pub fn class_material(studio: &mut Studio) -> CarvedMaterial {
         wall,
         bevel,
         floor,
+        ..default()
     }
 }
 
@@ -404,8 +406,8 @@ impl Twin {
         }
     }
 
-    /// Returns what each pixel of a picture hits; the view is in the space of the object.
-    pub fn hits(&self, view: &View, up: Vec3, size: [u32; 2]) -> Vec<Hit> {
+    /// Returns the frame of a picture; the view is in the space of the object.
+    fn frame(&self, view: &View, up: Vec3, size: [u32; 2]) -> Frame {
         let camera = RelievoCamera {
             eye: view.eye.to_array().map(f64::from),
             target: view.target.to_array().map(f64::from),
@@ -417,8 +419,25 @@ impl Twin {
             .field_of_view(f64::from(view.field_of_view));
         let mut frame = self.prepared.frame_from(&scene, &camera, size);
         frame.near = view.near;
+        frame
+    }
+
+    /// Returns the colour of each pixel of a picture, none for the background.
+    pub fn colors(&self, view: &View, up: Vec3, size: [u32; 2]) -> Vec<Option<[u8; 3]>> {
         let words = CpuRenderer::new(&self.prepared)
-            .geometry(&frame)
+            .color(&self.frame(view, up, size))
+            .expect("a picture");
+        let byte = |bits: &u32| (255.0 * f32::from_bits(*bits)) as u8;
+        let color = |[red, green, blue, class]: &[u32; 4]| {
+            (*class != 0).then(|| [red, green, blue].map(byte))
+        };
+        words.words.iter().map(color).collect()
+    }
+
+    /// Returns what each pixel of a picture hits; the view is in the space of the object.
+    pub fn hits(&self, view: &View, up: Vec3, size: [u32; 2]) -> Vec<Hit> {
+        let words = CpuRenderer::new(&self.prepared)
+            .geometry(&self.frame(view, up, size))
             .expect("a picture");
         (0..(size[0] * size[1]) as usize)
             .map(|index| Hit {
