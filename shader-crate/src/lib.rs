@@ -442,7 +442,7 @@ macro_rules! hit_entry_point {
             uv_right: &mut Vec2,
             uv_down: &mut Vec2,
             depth_fraction: &mut f32,
-            number: &mut u32,
+            object_number: &mut u32,
             layer: &mut u32,
         ) {
             let texels = TexelBuffer(words);
@@ -461,7 +461,7 @@ macro_rules! hit_entry_point {
             *uv_right = found.uv_right;
             *uv_down = found.uv_down;
             *depth_fraction = found.depth_fraction;
-            *number = found.object;
+            *object_number = found.object;
             *layer = found.layer;
         }
     };

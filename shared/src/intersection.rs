@@ -38,7 +38,7 @@ pub struct Intersection {
     pub uv_down: Vec2,
     /// δ: 0 on the mesh's surface, 1 on the floor.
     pub depth_fraction: Real,
-    /// [`Object::number`](crate::layout::Object::number) of the object.
+    /// [`Object::finish`](crate::layout::Object::finish) of the object: engines write its number there.
     pub object: u32,
     /// Index of the layer of a [stack](crate::stack); 0 is the object's own pattern.
     pub layer: u32,
@@ -146,7 +146,7 @@ pub fn intersect<M: Model<Over>, Over, T: Texels + ?Sized>(
                     uv_right: change(right),
                     uv_down: change(down),
                     depth_fraction: hit.depth_fraction,
-                    object: ray.object.number,
+                    object: ray.object.finish,
                     layer: hit.layer,
                 };
             }

@@ -5,10 +5,12 @@ use super::opengl::{self, text};
 use super::webgpu::{self, parsed, wgsl};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use relievo::export::{ExportedFile, Interface, MapForm, Options, Output, Target, export};
-use relievo::render::Renderer;
+use relievo::prepare::prepare;
 use relievo::render::gpu::{Choice, GpuRenderer, Shaders};
+use relievo::render::{CpuRenderer, Renderer};
+use relievo::scene::{Color, Layer, Material, Scene, Technique};
 use relievo_bitwise::{Adapter, Device};
-use relievo_tests::{every_adapter, lacking};
+use relievo_tests::{asset, every_adapter, lacking};
 use std::collections::BTreeSet;
 use std::process::Command;
 
@@ -214,6 +216,68 @@ fn gpu_colours_and_depths_alone_agree_in_every_bit() {
             assert_eq!(is_there(alone), is_there(after), "{}", case.name);
             assert!(largest(alone, after) <= most, "{}", case.name);
         }
+    }
+}
+
+/// Colours of cap, wall, bevel and floor that tell a number.
+fn numbered(number: u32) -> Material {
+    let color = Color::from_hex(0x100000 * (number + 1));
+    Material {
+        cap: color,
+        wall: color,
+        bevel: color,
+        floor: color,
+        specular: 0.0,
+        ..Material::default()
+    }
+}
+
+/// Hits know their object and their layer: in colours without light each has its own.
+#[test]
+fn gpu_hits_tell_object_and_layer() {
+    let device = every_adapter().swap_remove(0).open().unwrap();
+    let load = |device: &Device, files: &[ExportedFile]| {
+        let writes = "vec4<f32>(f32(hit.surface_class), f32(hit.object), f32(hit.layer), 1.0)";
+        let vertex = parsed(device, text(files, "vertex.wgsl"));
+        [vertex, parsed(device, foreign_wgsl(files, writes))]
+    };
+    for (name, count) in [("together.toml", 3), ("torus.toml", 2)] {
+        let mut scene = Scene::load(&asset("scenes").join(name)).unwrap();
+        scene.size = [160, 120];
+        scene.supersampling = 1;
+        scene.light.color = Color::from_hex(0);
+        scene.light.ambient = Color::from_hex(0xffffff);
+        if let [object] = &mut scene.objects[..] {
+            let wider = Layer::new(object.shape.clone()).with_technique(Technique::Beveled);
+            object.layers = vec![Layer {
+                material: numbered(1),
+                ..wider.top(0.4)
+            }];
+        }
+        for (number, object) in (0..).zip(&mut scene.objects) {
+            object.material = numbered(number);
+        }
+        let scene = prepare(&scene, &|_| ()).unwrap();
+        let is_layered = scene.objects.len() == 1;
+        let objects = exported(&scene, Target::Wgsl, Output::Hit);
+        let found = webgpu::draw(&device, &scene, &objects, Output::Hit, &load, None);
+        let colors = CpuRenderer::new(&scene).color(&scene.frame).unwrap();
+        let reds: Vec<f32> = (0..count)
+            .map(|number| numbered(number).cap.linear()[0])
+            .collect();
+        let mut seen = BTreeSet::new();
+        for ([class, object, layer, _], color) in found.iter().zip(&colors.words) {
+            let [class, object, layer] = [class, object, layer].map(|bits| f32::from_bits(*bits));
+            // Of the background, and where a floor has the object's colour.
+            if class != color[3] as f32 || class == 0.0 || (class == 4.0 && is_layered) {
+                continue;
+            }
+            let told = if is_layered { layer } else { object };
+            assert!(!is_layered || object == 0.0);
+            assert_eq!(reds[told as usize], f32::from_bits(color[0]), "{name}");
+            seen.insert(told as u32);
+        }
+        assert_eq!(seen, (0..count).collect(), "{name}: all are seen");
     }
 }
 

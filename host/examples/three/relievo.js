@@ -30,6 +30,8 @@ struct RelievoSurface {
     uv_right: vec2<f32>,
     uv_down: vec2<f32>,
     depth_fraction: f32,
+    object: u32,
+    layer: u32,
 }
 
 fn relievo_surface(pixel: vec2<f32>, viewport: vec4<f32>, projection: mat4x4<f32>, to_view: mat4x4<f32>, to_object: mat4x4<f32>, near: f32, facet: u32) -> RelievoSurface {
@@ -56,13 +58,13 @@ fn relievo_surface(pixel: vec2<f32>, viewport: vec4<f32>, projection: mat4x4<f32
     let down = (to_object * vec4<f32>(0.0, size.y, 0.0, 0.0)).xyz * width;
     let direction = normalize(along);
     let hit = PREFIX_hit(origin, direction, forward, right, down, least * scale, facet);
-    return RelievoSurface(hit.surface_class, origin + direction * hit.t, hit.normal, hit.mesh_normal, hit.tangent, hit.uv, hit.uv_right, hit.uv_down, hit.depth_fraction);
+    return RelievoSurface(hit.surface_class, origin + direction * hit.t, hit.normal, hit.mesh_normal, hit.tangent, hit.uv, hit.uv_right, hit.uv_down, hit.depth_fraction, hit.object, hit.layer);
 }
 `;
 
 const MEMBERS = {
     surface_class: 'uint', position: 'vec3', normal: 'vec3', mesh_normal: 'vec3', tangent: 'vec4',
-    uv: 'vec2', uv_right: 'vec2', uv_down: 'vec2', depth_fraction: 'float',
+    uv: 'vec2', uv_right: 'vec2', uv_down: 'vec2', depth_fraction: 'float', object: 'uint', layer: 'uint',
 };
 
 // What the pixel hits over the facet that is drawn. Its members are nodes: hit.get('normal').

@@ -80,10 +80,10 @@ impl<'a> EngineHit<'a> {
     }
 }
 
-/// Returns the parameters of `object` with its number in the scene, from 1.
+/// Returns the parameters of `object` with its number in the scene, which its hits tell.
 pub(super) fn parameters(object: &PreparedObject) -> Object {
     Object {
-        number: object.number as u32 + 1,
+        finish: object.number as u32,
         ..object.parameters
     }
 }

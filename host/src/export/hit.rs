@@ -73,7 +73,7 @@ pub(super) const FIELDS: [Described; 11] = [
     described("depth_fraction", "0 on the mesh's surface, 1 on the floor."),
     described(
         "object",
-        "`number` of the buffer of the object: as exported, its number in the scene, from 1.",
+        "`finish` of the buffer of the object: as exported, its number in the scene, from 0.",
     ),
     described(
         "layer",

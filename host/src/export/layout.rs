@@ -176,9 +176,9 @@ structs! {
         self_shadow: u32, "", "Not 0 if the object casts shadows on itself. The shader is compiled for it.";
         profile: u32, "", "Profile of the extrusion: 0 straight. A shader for straight profiles does not read it.";
         parts: u32, "", "Number of parts of a profile that has parts, >= 1.";
-        number: u32, "", "Number of the object in its scene. Exported shaders do not read it.";
+        number: u32, "", "Not 0 where the fast tier knows the mesh behind a facet. Keep it.";
         quotients: layout::Quotients, "", "What follows from the other parameters.";
-        finish: u32, "", "Number of the object's materials. Exported shaders do not read it.";
+        finish: u32, "", "Number of the object in its scene, from 0, or any of yours: hits have it as `object`. Other shaders do not read it.";
         facets: u32, "", "Number of the object's facets.";
     }
     corner Corner "One corner of a triangle." {

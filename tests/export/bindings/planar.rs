@@ -125,11 +125,11 @@ pub struct Object {
     pub profile: u32,
     /// Number of parts of a profile that has parts, >= 1.
     pub parts: u32,
-    /// Number of the object in its scene. Exported shaders do not read it.
+    /// Not 0 where the fast tier knows the mesh behind a facet. Keep it.
     pub number: u32,
     /// What follows from the other parameters.
     pub quotients: Quotients,
-    /// Number of the object's materials. Exported shaders do not read it.
+    /// Number of the object in its scene, from 0, or any of yours: hits have it as `object`. Other shaders do not read it.
     pub finish: u32,
     /// Number of the object's facets.
     pub facets: u32,
