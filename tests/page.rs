@@ -6,10 +6,11 @@ use crate::browser::{Page, built};
 const CPU: &str = "?cpu";
 const GPU: &str = "";
 
-/// A pattern of stripes instead of discs.
-fn stripes() -> Vec<u8> {
-    let pattern =
-        image::GrayImage::from_fn(64, 64, |x, _| image::Luma([if x < 20 { 0 } else { 255 }]));
+/// A pattern of stripes instead of discs, with this number of pixels along each side.
+fn stripes(pixels: u32) -> Vec<u8> {
+    let pattern = image::GrayImage::from_fn(pixels, pixels, |x, _| {
+        image::Luma([if 3 * x < pixels { 0 } else { 255 }])
+    });
     let mut bytes = std::io::Cursor::new(Vec::new());
     pattern
         .write_to(&mut bytes, image::ImageFormat::Png)
@@ -118,7 +119,7 @@ fn gpu_a_dropped_pattern_and_the_shaders_of_a_browser() {
     let page = Page::open(&folder, GPU);
     page.settle();
     let torus = shown(&page);
-    page.drop_file("stripes.png", &stripes());
+    page.drop_file("stripes.png", &stripes(64));
     page.wait("the stripes", |told| {
         told["scene"].as_str().unwrap().contains("stripes.png")
     });
@@ -137,12 +138,108 @@ fn gpu_a_dropped_pattern_and_the_shaders_of_a_browser() {
 }
 
 #[test]
+fn gpu_the_page_goes_on_while_a_worker_prepares() {
+    let Some(folder) = built() else { return };
+    let page = Page::open(&folder, GPU);
+    page.settle();
+    let torus = shown(&page);
+    // The distances of 16 million pixels take seconds.
+    page.drop_file("stripes.png", &stripes(4096));
+    let ordered = page.wait("an order", |told| told["is_preparing"] == true);
+    page.drag("Picture", [200.0, 200.0], [260.0, 220.0]);
+    let frames = |told: &serde_json::Value| told["frames"].as_u64().unwrap();
+    let meanwhile = page.wait("pictures", |told| {
+        frames(told) >= frames(&ordered) + 2 || told["is_preparing"] == false
+    });
+    println!(
+        "{} pictures meanwhile",
+        frames(&meanwhile) - frames(&ordered)
+    );
+    assert_eq!(meanwhile["is_preparing"], true, "{meanwhile}");
+    let done = page.settle();
+    assert_eq!(done["is_preparing"], false);
+    let message = done["message"].as_str().unwrap();
+    println!("{message}");
+    assert!(message.contains("prepared in") && !message.contains("stands still"));
+    assert!(difference(&torus, &shown(&page), 16) > 0.05, "no stripes");
+
+    // It analyses as well.
+    page.click("Analysis");
+    page.pass();
+    page.click("Analysis: reduced depth");
+    page.wait("an analysis", |told| {
+        let message = told["message"].as_str().unwrap();
+        message.contains("reduced nowhere") || message.contains("reduced over")
+    });
+    page.passed();
+}
+
+/// Copies the page, but for the program of the worker, which becomes `program`.
+fn with_worker(folder: &std::path::Path, program: Option<&str>) -> tempfile::TempDir {
+    let copy = tempfile::tempdir().unwrap();
+    for file in std::fs::read_dir(folder).unwrap() {
+        let file = file.unwrap();
+        std::fs::copy(file.path(), copy.path().join(file.file_name())).unwrap();
+    }
+    let path = copy.path().join("workshop.js");
+    match program {
+        Some(program) => std::fs::write(path, program).unwrap(),
+        None => std::fs::remove_file(path).unwrap(),
+    }
+    copy
+}
+
+#[test]
+fn gpu_the_page_goes_on_without_its_worker() {
+    let Some(folder) = built() else { return };
+    let without = with_worker(&folder, None);
+    let page = Page::open(without.path(), GPU);
+    let told = page.settle();
+    let message = told["message"].as_str().unwrap();
+    for part in ["prepared in", "stands still", "cannot be loaded"] {
+        assert!(message.contains(part), "{message}");
+    }
+    page.passed();
+
+    // One whose second order is too much for it; the first message is its module.
+    let program = std::fs::read_to_string(folder.join("workshop.js")).unwrap();
+    let program = format!(
+        "{program}
+        const answers = onmessage;
+        let messages = 0;
+        onmessage = (event) => {{
+            if (messages++ === 2) throw new Error('no memory left');
+            answers(event);
+        }};"
+    );
+    let short = with_worker(&folder, Some(&program));
+    let page = Page::open(short.path(), GPU);
+    page.settle();
+    let torus = shown(&page);
+    page.drop_file("stripes.png", &stripes(64));
+    let told = page.wait("a message", |told| {
+        told["message"].as_str().unwrap().contains("has stopped")
+    });
+    let message = told["message"].as_str().unwrap();
+    for part in ["no memory left", "the next change starts another worker"] {
+        assert!(message.contains(part), "{message}");
+    }
+    page.click("Perforated metal");
+    page.wait("another worker", |told| {
+        told["message"].as_str().unwrap().contains("prepared in")
+    });
+    page.settle();
+    assert!(difference(&torus, &shown(&page), 16) > 0.05, "no metal");
+    page.passed();
+}
+
+#[test]
 fn gpu_a_link_shows_the_scene_again() {
     let Some(folder) = built() else { return };
     let page = Page::open(&folder, GPU);
     let torus = page.settle()["scene"].clone();
     page.click("Perforated metal");
-    page.drop_file("stripes.png", &stripes());
+    page.drop_file("stripes.png", &stripes(64));
     page.wait("the stripes", |told| {
         told["scene"].as_str().unwrap().contains("stripes.png")
     });
@@ -213,7 +310,7 @@ fn without_webgpu_a_worker_draws() {
     };
     changed("a bevel", 0.005, &|| set("[name=bevel]", "0.15", "input"));
     changed("stripes", 0.05, &|| {
-        page.drop_file("stripes.png", &stripes());
+        page.drop_file("stripes.png", &stripes(64));
     });
     changed("letters", 0.05, &|| set("#letters", "Relievo", "input"));
     changed("classes", 0.05, &|| {

@@ -40,6 +40,7 @@ pub struct LimitError {
 /// Limits of one scene. The defaults are generous: a scene that exceeds them is
 /// more likely a mistake or malicious than a picture.
 #[derive(Clone, Debug, PartialEq, Eq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct Limits {
     /// Number of objects (default 4,096).
     pub objects: usize,

@@ -48,7 +48,7 @@ macro_rules! hits {
     };
 }
 
-#[cfg(feature = "gpu")]
+#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub(crate) use {files, renderer};
 
 /// Compiled modules: the entry point of each, and its bytes.

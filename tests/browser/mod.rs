@@ -294,7 +294,7 @@ impl Page {
 
     /// Waits until the page has processed input: it draws once between two
     /// frames of the browser.
-    fn pass(&self) {
+    pub fn pass(&self) {
         let script =
             "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))";
         self.tab.evaluate(script, true).expect("frames go on");

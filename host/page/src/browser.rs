@@ -1,13 +1,13 @@
 //! The browser as the viewer's platform.
 
 use crate::archive::pack;
-use crate::default;
+use crate::{default, station};
 use js_sys::{Array, Uint8Array};
 use relievo::export::ExportedFile;
 use relievo::scene::Scene;
 use relievo_viewer::dropped::Arrived;
 use relievo_viewer::link::encode;
-use relievo_viewer::platform::Platform;
+use relievo_viewer::platform::{Platform, StartWorker};
 use relievo_viewer::probe::Probe;
 use std::cell::RefCell;
 use std::path::{Path, PathBuf};
@@ -42,6 +42,10 @@ impl Platform for Browser {
             );
         }
         true
+    }
+
+    fn workers(&self) -> Option<StartWorker> {
+        Some(Box::new(station::start))
     }
 
     fn has_links(&self) -> bool {

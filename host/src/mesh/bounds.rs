@@ -4,6 +4,7 @@ use glam::DVec3;
 
 /// An axis-aligned bounding box.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct Bounds {
     /// Lowest coordinates, in object units.
     pub min: DVec3,

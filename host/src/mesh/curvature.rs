@@ -40,6 +40,7 @@ const RIDGE: f64 = 1e-6;
 /// assert_eq!(sphere.evaluate(2.0, 0.0), 1.0);
 /// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct Quadric {
     /// Coefficient of x².
     pub xx: f64,

@@ -1,7 +1,6 @@
 //! Raising the surface of a mesh, for columns that rise from it.
 
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::DVec3;
 
@@ -62,7 +61,7 @@ impl Mesh {
         // Triangles without area are left out, in a valley that is closed.
         let is_whole = raised.triangles.len() == shell.prisms.len();
         Ok(Mesh {
-            raised_by: is_whole.then(|| Arc::new(shell)),
+            raised_by: is_whole.then(|| Box::new(shell)),
             report: MeshReport {
                 smallest_curvature: raised.report.smallest_curvature,
                 largest_curvature: raised.report.largest_curvature,

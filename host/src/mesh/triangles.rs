@@ -1,7 +1,5 @@
 //! The prepared mesh that renderers read.
 
-use std::sync::Arc;
-
 use glam::{DVec2, DVec3};
 
 use super::bounds::Bounds;
@@ -10,6 +8,7 @@ use super::prism::Shell;
 
 /// A mesh prepared for rendering.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct Mesh {
     /// The triangles in the order of the source: at least one, none degenerate,
     /// counter-clockwise as seen from outside.
@@ -24,11 +23,12 @@ pub struct Mesh {
     /// Changes made during preparation, and the range of curvatures.
     pub report: MeshReport,
     /// The shell between a raised surface and the mesh below it.
-    pub(super) raised_by: Option<Arc<Shell>>,
+    pub(super) raised_by: Option<Box<Shell>>,
 }
 
 /// Changes made to a mesh during preparation, and its range of curvatures.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct MeshReport {
     /// Number of degenerate triangles that were dropped.
     pub skipped_degenerate: usize,
@@ -48,6 +48,7 @@ pub struct MeshReport {
 
 /// A triangle of a [`Mesh`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct MeshTriangle {
     /// The corners, counter-clockwise as seen from outside.
     pub corners: [MeshCorner; 3],
@@ -57,6 +58,7 @@ pub struct MeshTriangle {
 
 /// A corner of a [`MeshTriangle`].
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct MeshCorner {
     /// Position, in object units.
     pub position: DVec3,

@@ -45,6 +45,8 @@ mod sources;
 mod step;
 #[cfg(test)]
 pub(crate) mod tests;
+#[cfg(feature = "transfer")]
+pub mod transfer;
 
 pub use camera::{View, finer, unlit_frame};
 pub use layers::PreparedLayer;

@@ -20,6 +20,7 @@ use relievo_shared::layout::Frame;
 /// assert_eq!(twice.then(&beside).point(DVec3::X), DVec3::new(3.0, 0.0, 0.0));
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct Placement {
     /// World units per object unit, > 0.
     pub scale: f64,

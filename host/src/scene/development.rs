@@ -3,6 +3,7 @@
 /// How the light of a scene becomes the colours of a picture: exposure, tone curve and what is
 /// behind the objects. The background keeps its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct Development {
     /// Stops: each doubles the light.
     pub exposure: f64,
@@ -14,6 +15,7 @@ pub struct Development {
 
 /// Curve from light to the colours of a screen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub enum Tone {
     /// Light beyond 1 is cut off.
     #[default]

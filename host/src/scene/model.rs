@@ -115,6 +115,7 @@ impl Scene {
 
 /// Position and orientation of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct Camera {
     /// Position of the eye, world units.
     pub eye: [f64; 3],

@@ -11,6 +11,7 @@ const DEFAULT_TOLERANCE: f64 = 0.02;
 
 /// How the shape map of a plain pattern is stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct MapOptions {
     /// Form of a texel.
     pub storage: Storage,

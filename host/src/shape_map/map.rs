@@ -15,6 +15,10 @@ use super::distance::DistanceField;
 use super::storage::{Coding, Encoding, Storage, largest_code, pack};
 use std::sync::Arc;
 
+/// Everything about a map but its words.
+#[cfg(feature = "transfer")]
+pub(crate) type Header = (u32, u32, Storage, Coding);
+
 /// Signed distances to the pattern in one of four forms, as 32-bit words.
 ///
 /// | storage | a texel | its distance, texels |
@@ -195,6 +199,23 @@ impl ShapeMap {
     /// for other forms. Coordinates wrap around.
     pub fn normal(&self, x: u32, y: u32) -> Option<[f32; 2]> {
         (self.storage.form().normal)(self.texel(x, y))
+    }
+
+    /// Returns everything but the words.
+    #[cfg(feature = "transfer")]
+    pub(crate) fn header(&self) -> Header {
+        (self.width, self.height, self.storage, self.coding)
+    }
+
+    /// Creates a map from [`ShapeMap::header`] and its words; `None` if they are too few.
+    #[cfg(feature = "transfer")]
+    pub(crate) fn from_header(header: Header, words: Vec<u32>) -> Option<Self> {
+        let (width, height, storage, coding) = header;
+        let texels = (width as usize).checked_mul(height as usize)?;
+        let needed = texels.div_ceil(storage.texels_per_word() as usize);
+        // Records of layers may follow.
+        let is_whole = texels > 0 && words.len() >= needed;
+        is_whole.then(|| Self::new([width, height], storage, coding, words))
     }
 
     /// Checks that an encoder can have made every texel.

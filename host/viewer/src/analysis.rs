@@ -8,9 +8,10 @@ use relievo::prepare::PreparedScene;
 use relievo::render::{CpuRenderer, RenderError, Renderer};
 use relievo::scene::Camera;
 use relievo_shared::layout::Frame;
+use serde::{Deserialize, Serialize};
 
 /// Quantity that is computed once the picture rests.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Analysis {
     /// Errors against the oracle.
     Errors,

@@ -6,6 +6,8 @@
 //! controls   sliders for the parameters of a scene
 //! orbit      camera motion
 //! workshop   scene              → prepared scene, in the background
+//! away       the same in a worker of a browser, by bytes
+//! bench      the work itself
 //! stage      prepared, camera   → words → screen, on the window's device
 //! watch      finished work      → repaint
 //! governor   frame times        → resolution in motion
@@ -41,6 +43,9 @@
 //! ```
 
 mod analysis;
+#[cfg(feature = "worker")]
+pub mod away;
+mod bench;
 #[cfg(not(target_arch = "wasm32"))]
 mod browse;
 mod controls;
@@ -69,6 +74,7 @@ mod wireframe;
 mod workshop;
 
 use analysis::{Analysed, Analysis};
+use bench::{Delivery, Order, Ready};
 use display::{Scale, Show};
 use dropped::Arrived;
 use eframe::egui::{self, FontData, FontDefinitions, Ui};
@@ -79,7 +85,6 @@ use history::History;
 use platform::Platform;
 use present::Look;
 use probe::{Collector, Probe};
-use relievo::budget::PlannedScene;
 use relievo::prepare::PreparedScene;
 use relievo::scene::{Camera, Scene, Tier};
 use relievo_bitwise::Device;
@@ -92,7 +97,7 @@ use thumbnails::Thumbnails;
 use watch::Wake;
 use web_time::Instant;
 use wireframe::Wireframe;
-use workshop::{Delivery, Order, Workshop};
+use workshop::Workshop;
 
 /// Time after the last change until the picture is drawn at full resolution.
 const REST: Duration = Duration::from_millis(150);
@@ -193,6 +198,7 @@ impl Viewer {
         let wake: Wake = Arc::new(move || egui.request_repaint());
         let stage = Stage::new(device, wake.clone())?;
         let arrived = Arrived::new(wake.clone());
+        let workers = platform.workers();
         let mut viewer = Viewer {
             name: saving::name(&scene.path),
             camera: scene.own_camera(),
@@ -205,7 +211,7 @@ impl Viewer {
             has_wireframe: false,
             analysis: None,
             thumbnails: Thumbnails::new(wake.clone()),
-            workshop: Workshop::new(wake),
+            workshop: Workshop::new(workers, wake),
             ordered: 0,
             shown: 0,
             prepared: Vec::new(),
@@ -280,32 +286,31 @@ impl Viewer {
         }
     }
 
-    fn show_scenes(&mut self, number: u64, scenes: Vec<PlannedScene>) {
-        let all: Vec<&PreparedScene> = scenes.iter().map(|planned| &planned.scene).collect();
+    fn show_scenes(&mut self, number: u64, scenes: Vec<Ready>) {
+        let all: Vec<&PreparedScene> = scenes.iter().map(|ready| &*ready.scene).collect();
         self.shown = number;
         self.drawn = None;
         if let Err(error) = self.stage.put(&all) {
             self.prepared.clear();
             return self.complain(error.to_string());
         }
-        if let Some(PlannedScene {
+        if let Some(Ready {
             scene: first,
             plans,
         }) = scenes.first()
         {
             self.camera.get_or_insert(first.camera);
             self.wireframe = Wireframe::of(first);
-            let plans = plans.iter().flatten();
-            let plans: Vec<String> = plans.map(|plan| format!("; {plan}")).collect();
+            let notes = plans.iter().map(String::as_str).chain(self.workshop.note());
+            let notes: Vec<String> = notes.map(|note| format!("; {note}")).collect();
             self.say(format!(
                 "{} triangles, prepared in {:.0} ms{}",
                 first.triangle_count(),
                 first.preparation.as_secs_f64() * 1e3,
-                plans.concat()
+                notes.concat()
             ));
         }
-        let scenes = scenes.into_iter();
-        self.prepared = scenes.map(|planned| Arc::new(planned.scene)).collect();
+        self.prepared = scenes.into_iter().map(|ready| ready.scene).collect();
     }
 
     fn show_analysed(&mut self, context: &egui::Context, number: u64, analysed: &Analysed) {
@@ -370,6 +375,7 @@ impl Viewer {
             (place.map(Into::into), input.pointer.any_down())
         });
         self.probe.controls = collector.into_controls();
+        self.probe.is_preparing = self.ordered != self.shown;
         self.probe.message.clone_from(&self.message);
         self.probe.renderer = self.stage.describe().to_string();
         self.probe.scene = self.saved_scene().to_toml(self.platform.folder());

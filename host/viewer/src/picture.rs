@@ -1,9 +1,9 @@
 //! The picture of the viewer: drawing, pointer, keys, overlays and the bar
 //! between two tiers.
 
+use super::bench::Order;
 use super::orbit;
 use super::probe::Collector;
-use super::workshop::Order;
 use super::{Drawn, PATIENCE, REST, Viewer};
 use eframe::egui::emath::GuiRounding as _;
 use eframe::egui::{self, Key, Modifiers, Rect, Sense, Ui, Vec2, vec2};
@@ -360,7 +360,6 @@ impl Viewer {
         self.workshop.order(Order::Analyse {
             analysis,
             number: self.analyses,
-            scene: first.clone(),
             camera,
             frame: Box::new(first.frame_from(&self.scene, &camera, size)),
         });

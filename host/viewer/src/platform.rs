@@ -2,9 +2,36 @@
 
 use super::dropped::Arrived;
 use super::probe::Probe;
+use super::watch::Wake;
 use relievo::export::ExportedFile;
 use relievo::scene::Scene;
 use std::path::Path;
+
+/// A worker without shared memory, which runs [`Station`](super::away::Station). It ends when this is
+/// dropped.
+pub trait Worker {
+    /// Sends an order.
+    fn send(&mut self, order: Vec<u8>);
+
+    /// Returns what has come from the worker since, one by one.
+    fn news(&mut self) -> Option<News>;
+}
+
+/// What comes from a [`Worker`].
+pub enum News {
+    /// It has started.
+    Ready,
+    /// It has executed an order.
+    Reply(Vec<u8>),
+    /// It has ended, and why.
+    Stopped(String),
+}
+
+/// Starts a worker that calls [`Wake`] when there are news.
+///
+/// # Errors
+/// Why there is none.
+pub type StartWorker = Box<dyn Fn(Wake) -> Result<Box<dyn Worker>, String>>;
 
 /// Host of the viewer.
 pub trait Platform {
@@ -24,6 +51,11 @@ pub trait Platform {
     /// Lets the user choose a file, which `arrived` receives later. Returns `false` if
     /// the viewer should list the files of the disk.
     fn choose(&mut self, arrived: &Arrived) -> bool;
+
+    /// Returns how workers are started, where scenes are not prepared on a thread.
+    fn workers(&self) -> Option<StartWorker> {
+        None
+    }
 
     /// Returns whether there are addresses that show a scene.
     fn has_links(&self) -> bool {

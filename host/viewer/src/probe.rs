@@ -29,6 +29,8 @@ pub struct Probe {
     pub frame_ms: f64,
     /// Size of the last frame, pixels.
     pub frame_size: [u32; 2],
+    /// Whether a scene is being prepared.
+    pub is_preparing: bool,
     /// Whether the picture is up to date at full resolution.
     pub settled: bool,
     /// Name of the renderer.

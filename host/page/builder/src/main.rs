@@ -12,11 +12,12 @@ use wasm_bindgen_cli_support::Bindgen;
 
 const TARGET: &str = "wasm32-unknown-unknown";
 const PROFILE: &str = "page";
-const STATIC: [(&str, &str); 4] = [
+const STATIC: [(&str, &str); 5] = [
     ("index.html", include_str!("../../static/index.html")),
     ("page.css", include_str!("../../static/page.css")),
     ("page.js", include_str!("../../static/page.js")),
     ("worker.js", include_str!("../../static/worker.js")),
+    ("workshop.js", include_str!("../../static/workshop.js")),
 ];
 
 /// Build the page into a folder for any static server

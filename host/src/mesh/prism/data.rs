@@ -8,6 +8,7 @@ use glam::DVec3;
 /// ≥ 0 in object units, with S and N of degree two in the barycentric weights w1
 /// and w2 of the second and the third corner (section 6 of docs/algorithm.md).
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct MeshPrism {
     /// Position of the first corner, in object units. `surface` is relative to it.
     pub anchor: DVec3,
@@ -36,6 +37,7 @@ pub struct MeshPrism {
 /// where it is curved. Along an edge it changes by at most 15 % of the edge's length, and to at
 /// most four times as much. It is S_z where nothing limits it.
 #[derive(Clone, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct Shell {
     /// The largest local depth, in object units: the depth asked for, or less where it
     /// is reduced everywhere. The prisms are that deep.
@@ -48,6 +50,7 @@ pub struct Shell {
 
 /// How far the local depth of a [`Shell`] is less than the object's.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[cfg_attr(feature = "transfer", derive(serde::Deserialize, serde::Serialize))]
 pub struct LocalDepth {
     /// Share of the area of triangles with a reduced depth at a corner, 0 to 1.
     pub share: f64,
