@@ -27,7 +27,7 @@ fn prepared(scene: &str, size: [u32; 2]) -> PreparedScene {
 #[test]
 fn gpu_a_lost_device_is_an_error_from_then_on() {
     let scene = prepared("torus.toml", [32, 24]);
-    let large = scene.frame_with_samples(24);
+    let large = scene.frame_with_samples(12);
     let mut cpu = CpuRenderer::new(&scene);
     let right = cpu.color(&scene.frame).unwrap();
     for adapter in every_adapter() {
