@@ -110,7 +110,10 @@ impl<'a> MeshOracle<'a> {
             steps: 0,
             lost: 0,
         };
-        self.hierarchy.for_each(eye, direction, |leaf| {
+        for (enter, leaf) in self.entered(eye, direction) {
+            if found.sample.is_hit() && enter > found.sample.t {
+                break;
+            }
             let ScenePrism { prism, object } = &self.prisms[leaf];
             let object = &self.objects[*object];
             let is_stack = object.parameters.profile == LAYERED;
@@ -142,17 +145,31 @@ impl<'a> MeshOracle<'a> {
                 };
                 let t = from + hit.march.s;
                 if class == CLASS_MISS || (found.sample.is_hit() && t >= found.sample.t) {
-                    return;
+                    break;
                 }
                 if class == CLASS_CAP || !self.is_from_below(leaf, eye, direction, t) {
                     found.sample = Sample { class, t };
-                    return;
+                    break;
                 }
                 // The ray may come back into this prism, through the cap.
                 from = prism.beyond(eye, direction, t);
             }
-        });
+        }
         found
+    }
+
+    /// Returns the prisms whose hulls the ray enters, with the distances at which it does,
+    /// ascending.
+    fn entered(&self, eye: DVec3, direction: DVec3) -> Vec<(f64, usize)> {
+        let mut entered = Vec::new();
+        self.hierarchy.for_each(eye, direction, |leaf| {
+            let (enter, leave) = self.prisms[leaf].prism.range(eye, direction);
+            if enter < leave {
+                entered.push((enter, leaf));
+            }
+        });
+        entered.sort_by(|a, b| a.0.total_cmp(&b.0));
+        entered
     }
 
     /// Returns whether the ray, which is in prism `leaf` at the distance `t`, came into the

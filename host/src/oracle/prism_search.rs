@@ -71,10 +71,13 @@ const DEEP: f64 = 1e-4;
 /// Bisections between the last point inside and the first one outside.
 const FLOOR_BISECTIONS: u32 = 24;
 
-/// Steps through the hull to where the ray comes into the prism or leaves it, and bisections
-/// after them.
+/// Steps through the whole hull to where the ray leaves the prism, and bisections after them to
+/// where it came in.
 const STEPS: f64 = 256.0;
-const BISECTIONS: u32 = 40;
+const BISECTIONS: u32 = 30;
+/// Longest step back to where the ray comes into the prism, as a share of the path through the
+/// hull.
+const LONGEST_BACK: f64 = 1.0 / 16.0;
 
 /// What a ray came through into a prism.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -139,21 +142,33 @@ impl HulledPrism {
         (self.prism.anchor + low, self.prism.anchor + high)
     }
 
+    /// Returns the distances at which the ray from `eye` along `direction` enters and leaves a
+    /// tight hull of the prism; the first is not the smaller one for a miss.
+    pub fn range(&self, eye: DVec3, direction: DVec3) -> (f64, f64) {
+        self.clip(eye - self.prism.anchor, direction)
+    }
+
     /// Returns what the ray from `eye` along `direction` came through into this prism, in
     /// which it is at the distance `t`, and its distance there.
     pub fn opening(&self, eye: DVec3, direction: DVec3, t: f64) -> (Opening, f64) {
-        let (enter, leave) = self.clip(eye - self.prism.anchor, direction);
+        let (enter, leave) = self.range(eye, direction);
         let Some(mut place) = self.inside(eye + direction * t, CENTRE, FIRST_ROUNDS) else {
             return (Opening::Other, t);
         };
-        let step = (leave - enter) / STEPS;
-        let (mut inside, mut outside) = (t, t - step);
+        let span = leave - enter;
+        // The predicted way back out of the prism, and half a step more.
+        let back = |place: &Place| {
+            let state = self.prism.motion(place.x, &place.jacobian, -direction);
+            let way = state.until_outside().min(LONGEST_BACK * span);
+            way + 0.5 * span / STEPS
+        };
+        let (mut inside, mut outside) = (t, t - back(&place));
         while let Some(found) = self.inside(eye + direction * outside, place.x, ROUNDS) {
             if outside < enter {
                 return (Opening::Other, enter);
             }
             place = found;
-            (inside, outside) = (outside, outside - step);
+            (inside, outside) = (outside, outside - back(&place));
         }
         for _ in 0..BISECTIONS {
             let middle = 0.5 * (inside + outside);
@@ -177,7 +192,7 @@ impl HulledPrism {
     /// Returns a distance at which the ray from `eye` along `direction` has just left this
     /// prism, in which it is at the distance `t`.
     pub fn beyond(&self, eye: DVec3, direction: DVec3, t: f64) -> f64 {
-        let (enter, leave) = self.clip(eye - self.prism.anchor, direction);
+        let (enter, leave) = self.range(eye, direction);
         let step = (leave - enter) / STEPS;
         let mut beyond = t + step;
         let mut guess = CENTRE;
