@@ -195,6 +195,8 @@ impl Viewer {
             .map_err(relievo::render::RenderError::from)?;
         let egui = context.egui_ctx.clone();
         egui.set_fonts(fonts());
+        // A slow device draws for longer than egui lets a click take, 0.8 s.
+        egui.options_mut(|options| options.input_options.max_click_duration = f64::INFINITY);
         let wake: Wake = Arc::new(move || egui.request_repaint());
         let stage = Stage::new(device, wake.clone())?;
         let arrived = Arrived::new(wake.clone());
