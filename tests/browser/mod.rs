@@ -1,20 +1,16 @@
 //! A static server, a headless Chromium, and simulated user input.
 
-use headless_chrome::protocol::cdp::Browser::{
-    SetDownloadBehavior, SetDownloadBehaviorBehaviorOption,
-};
-use headless_chrome::protocol::cdp::Input::{
-    DispatchMouseEvent, DispatchMouseEventTypeOption, MouseButton,
-};
-use headless_chrome::protocol::cdp::Page::CaptureScreenshotFormatOption;
-use headless_chrome::{Browser, LaunchOptions, Tab};
-use serde_json::Value;
+mod chromium;
+
+use chromium::Chromium;
+use serde_json::{Value, json};
+use std::cell::RefCell;
 use std::ffi::OsStr;
 use std::io::{BufRead, BufReader, Write};
 use std::net::{SocketAddr, TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
+use std::sync::{Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
 /// Timeout of any step: software drivers on two busy cores.
@@ -128,11 +124,10 @@ static TURN: Mutex<()> = Mutex::new(());
 
 /// The page in its own browser.
 pub struct Page {
-    tab: Arc<Tab>,
+    browser: RefCell<Chromium>,
     downloads: tempfile::TempDir,
     has_passed: bool,
-    // Closed last, so that the next may start.
-    _browser: Browser,
+    // Last, so that the next may start.
     _turn: MutexGuard<'static, ()>,
 }
 
@@ -145,6 +140,7 @@ impl Page {
         // A software adapter and compositor: without the last three flags
         // WebGPU output does not reach the page.
         let arguments = [
+            "--window-size=1000,1000",
             "--enable-unsafe-webgpu",
             "--use-webgpu-adapter=swiftshader",
             "--enable-features=Vulkan",
@@ -152,49 +148,41 @@ impl Page {
             "--use-angle=vulkan",
             "--disable-vulkan-surface",
         ];
-        let options = LaunchOptions::default_builder()
-            .path(chromium())
-            .sandbox(false)
-            .enable_gpu(true)
-            .window_size(Some((1000, 1000)))
-            .args(arguments.map(OsStr::new).to_vec())
-            .idle_browser_timeout(PATIENCE)
-            .build()
-            .expect("the options are complete");
-        let browser = Browser::new(options).expect("Chromium starts");
-        let tab = browser.new_tab().expect("it has a tab");
-        tab.set_default_timeout(PATIENCE);
-        let downloads = tempfile::tempdir().unwrap();
-        tab.call_method(SetDownloadBehavior {
-            behavior: SetDownloadBehaviorBehaviorOption::Allow,
-            browser_context_id: None,
-            download_path: Some(downloads.path().to_string_lossy().into_owned()),
-            events_enabled: None,
-        })
-        .expect("downloads are allowed");
-        tab.navigate_to(&format!("http://{address}/{query}"))
-            .expect("the page is there");
-        tab.wait_until_navigated().expect("it is loaded");
-        Page {
-            tab,
-            downloads,
+        let program = chromium().expect("Chromium is installed");
+        let browser = Chromium::start(&program, &arguments, PATIENCE);
+        let page = Page {
+            browser: RefCell::new(browser),
+            downloads: tempfile::tempdir().unwrap(),
             has_passed: false,
-            _browser: browser,
             _turn: turn,
-        }
+        };
+        page.call(
+            "Browser.setDownloadBehavior",
+            json!({ "behavior": "allow", "downloadPath": page.downloads.path() }),
+        );
+        let url = format!("http://{address}/{query}");
+        page.call("Page.navigate", json!({ "url": url }));
+        let is_loaded = "location.href !== 'about:blank' && document.readyState === 'complete'";
+        page.wait_for("the page", is_loaded);
+        page
+    }
+
+    fn call(&self, method: &str, parameters: Value) -> Value {
+        let done = self.browser.borrow_mut().call(method, parameters);
+        done.expect("the browser does it")
     }
 
     /// Runs JavaScript and returns its value.
     pub fn run(&self, script: &str) -> Value {
-        let done = self.tab.evaluate(script, false).expect("the script runs");
-        done.value.unwrap_or(Value::Null)
+        let done = self.browser.borrow_mut().evaluate(script, false);
+        done.expect("the script runs")
     }
 
     /// Runs the body of an asynchronous function and returns its value.
     pub fn run_async(&self, body: &str) -> Value {
         let script = format!("(async () => {{ {body} }})()");
-        let done = self.tab.evaluate(&script, true).expect("the script runs");
-        done.value.unwrap_or(Value::Null)
+        let done = self.browser.borrow_mut().evaluate(&script, true);
+        done.expect("the script runs")
     }
 
     /// Returns the page's probe.
@@ -268,59 +256,48 @@ impl Page {
         [0, 1].map(|axis| rectangle[axis].as_f64().expect("a number") + [x, y][axis])
     }
 
-    fn mouse(&self, kind: DispatchMouseEventTypeOption, [x, y]: [f64; 2], is_down: bool) {
-        self.tab
-            .call_method(DispatchMouseEvent {
-                Type: kind,
-                x,
-                y,
-                modifiers: None,
-                timestamp: None,
-                button: Some(MouseButton::Left),
-                buttons: Some(is_down.into()),
-                click_count: Some(1),
-                force: None,
-                tangential_pressure: None,
-                tilt_x: None,
-                tilt_y: None,
-                twist: None,
-                delta_x: None,
-                delta_y: None,
-                pointer_Type: None,
-            })
-            .expect("the mouse moves");
+    fn mouse(&self, kind: &str, [x, y]: [f64; 2], is_down: bool) {
+        self.call(
+            "Input.dispatchMouseEvent",
+            json!({
+                "type": kind,
+                "x": x,
+                "y": y,
+                "button": "left",
+                "buttons": i32::from(is_down),
+                "clickCount": 1,
+            }),
+        );
         self.pass();
     }
 
     /// Waits until the page has processed input: it draws once between two
     /// frames of the browser.
     pub fn pass(&self) {
-        let script =
-            "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))";
-        self.tab.evaluate(script, true).expect("frames go on");
+        self.run_async(
+            "await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));",
+        );
     }
 
     /// Drags from one place in a control to another.
     pub fn drag(&self, label: &str, from: [f64; 2], to: [f64; 2]) {
-        use DispatchMouseEventTypeOption::{MouseMoved, MousePressed, MouseReleased};
         let (start, end) = (self.at(label, from), self.at(label, to));
-        self.mouse(MouseMoved, start, false);
-        self.mouse(MousePressed, start, true);
+        self.mouse("mouseMoved", start, false);
+        self.mouse("mousePressed", start, true);
         for step in 1..=4 {
             let part = f64::from(step) / 4.0;
             let place = [0, 1].map(|axis| start[axis] + part * (end[axis] - start[axis]));
-            self.mouse(MouseMoved, place, true);
+            self.mouse("mouseMoved", place, true);
         }
-        self.mouse(MouseReleased, end, false);
+        self.mouse("mouseReleased", end, false);
     }
 
-    /// Clicks on a control; a press of 0.8 s is no click.
+    /// Clicks on a control.
     pub fn click(&self, label: &str) {
-        use DispatchMouseEventTypeOption::{MouseMoved, MousePressed, MouseReleased};
         let place = self.at(label, [10.0, 10.0]);
-        self.mouse(MouseMoved, place, false);
-        self.mouse(MousePressed, place, true);
-        self.mouse(MouseReleased, place, false);
+        self.mouse("mouseMoved", place, false);
+        self.mouse("mousePressed", place, true);
+        self.mouse("mouseReleased", place, false);
     }
 
     /// Drops a file on the page.
@@ -359,9 +336,8 @@ impl Page {
     }
 
     fn screen(&self) -> Vec<u8> {
-        self.tab
-            .capture_screenshot(CaptureScreenshotFormatOption::Png, None, None, true)
-            .expect("a screenshot")
+        let taken = self.browser.borrow_mut().screenshot();
+        taken.expect("a screenshot")
     }
 
     /// Screenshot of the left part of the page, where the picture is.
@@ -383,8 +359,8 @@ impl Drop for Page {
             let path = folder.join(format!("page-{}.png", std::process::id()));
             // Screenshots omit WebGPU, so the probe is kept as well.
             let script = "JSON.stringify(window.relievo?.probe(), null, 1)";
-            if let Ok(told) = self.tab.evaluate(script, false)
-                && let Some(told) = told.value.as_ref().and_then(Value::as_str)
+            let browser = self.browser.get_mut();
+            if let Ok(Value::String(told)) = browser.evaluate(script, false)
                 && std::fs::write(path.with_extension("json"), told).is_ok()
             {
                 eprintln!(
@@ -392,9 +368,7 @@ impl Drop for Page {
                     path.with_extension("json").display()
                 );
             }
-            if let Ok(png) =
-                self.tab
-                    .capture_screenshot(CaptureScreenshotFormatOption::Png, None, None, true)
+            if let Ok(png) = browser.screenshot()
                 && std::fs::write(&path, png).is_ok()
             {
                 eprintln!("a screenshot is in {}", path.display());

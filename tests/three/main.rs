@@ -102,7 +102,7 @@ fn open(exports: &[(&str, &str)], wants_normals: bool) -> Option<(Page, TempDir)
     let page = Page::open(folder.path(), "");
     page.wait_for(
         "the page",
-        "window.example !== undefined || problems.length > 0",
+        "window.example !== undefined && frame.next !== null || problems.length > 0",
     );
     assert_eq!(problems(&page), "");
     page.run(&format!("window.wantsNormals = {wants_normals}"));
