@@ -292,11 +292,8 @@ impl<'a> Checker<'a> {
             if !double::prism::is_near(data, target) {
                 return None;
             }
-            // Newton's method.
-            let mut x = DVec3::new(1.0 / 3.0, 1.0 / 3.0, 0.5);
-            for _ in 0..12 {
-                x += prism.jacobian(x).solve(target - prism.point(x));
-            }
+            let centre = DVec3::new(1.0 / 3.0, 1.0 / 3.0, 0.5);
+            let (x, _) = prism.solve(target, centre, 12);
             let inset = x.x.min(x.y).min(1.0 - x.x - x.y);
             let solved = prism.point(x).distance(target) < 1e-9;
             (solved && inset > -1e-7).then_some(x.z)

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 use relievo::budget::{Held, Promise as Promised, Study};
 use relievo::mesh::{Mesh, MeshOptions, MeshSource, Projection};
 use relievo::oracle::{Accuracy, MeshOracle, Truth};
-use relievo::prepare::{PreparedScene, prepare};
+use relievo::prepare::{Assets, PreparedScene, prepare, prepare_with};
 use relievo::render::gpu::{Choice, Shaders};
 use relievo::render::{CpuRenderer, GeometryWords, GpuRenderer, Renderer};
 use relievo::scene::{Scene, Tier};
@@ -182,10 +182,11 @@ pub fn scene(path: &Path, tier: Tier, view: usize, size: [u32; 2]) -> Scene {
 #[test]
 fn every_mesh_is_drawn_in_every_tier() {
     // The most hits of the views: a sheet is not seen from behind.
-    let hits = |path: &Path, tier: Tier| -> Result<usize, String> {
+    let hits = |path: &Path, tier: Tier, assets: &mut Assets| -> Result<usize, String> {
         let mut most = 0;
         for view in 0..3 {
-            let prepared = prepare(&scene(path, tier, view, [60, 45]), &|_| ());
+            let scene = scene(path, tier, view, [60, 45]);
+            let prepared = prepare_with(&scene, assets, &|_| ());
             let prepared = prepared.map_err(|error| error.to_string())?;
             let words = CpuRenderer::new(&prepared).geometry(&prepared.frame);
             let words = words.unwrap();
@@ -197,10 +198,11 @@ fn every_mesh_is_drawn_in_every_tier() {
     let outcomes: Vec<(String, Result<usize, String>)> = meshes()
         .par_iter()
         .flat_map_iter(|path| {
+            let mut assets = Assets::default();
             [Tier::Planar, Tier::Fast, Tier::Accurate].map(|tier| {
                 (
                     format!("{} {}", path.display(), tier.name()),
-                    hits(path, tier),
+                    hits(path, tier, &mut assets),
                 )
             })
         })
@@ -285,16 +287,16 @@ fn inside(words: &GeometryWords) -> Vec<usize> {
 }
 
 /// Draws a scene with the CPU.
-fn draw(scene: &Scene) -> (PreparedScene, GeometryWords) {
-    let prepared = prepare(scene, &|_| ()).unwrap();
+fn draw(scene: &Scene, assets: &mut Assets) -> (PreparedScene, GeometryWords) {
+    let prepared = prepare_with(scene, assets, &|_| ()).unwrap();
     let words = CpuRenderer::new(&prepared).geometry(&prepared.frame);
     let words = words.unwrap();
     (prepared, words)
 }
 
 /// Returns the truth of a scene in the accurate tier, and the tier's agreement with it.
-fn accurate(scene: &Scene) -> (Truth, Accuracy) {
-    let (prepared, words) = draw(scene);
+fn accurate(scene: &Scene, assets: &mut Assets) -> (Truth, Accuracy) {
+    let (prepared, words) = draw(scene, assets);
     let eye = glam::DVec3::from(prepared.camera.eye);
     let truth = Truth::of(&MeshOracle::new(&prepared), eye, &prepared.frame);
     let accuracy = truth.compare(&words);
@@ -303,11 +305,14 @@ fn accurate(scene: &Scene) -> (Truth, Accuracy) {
 
 /// Returns the agreement of the fast and the accurate tier with the mesh oracle, and the
 /// number of pixels far inside the planar tier's outline and of those that the oracle hits
-/// and the fast tier does not.
-pub fn compare(scene_of: impl Fn(Tier) -> Scene) -> ([Accuracy; 2], [usize; 2]) {
-    let (truth, accurate) = accurate(&scene_of(Tier::Accurate));
-    let (_, fast) = draw(&scene_of(Tier::Fast));
-    let inside = inside(&draw(&scene_of(Tier::Planar)).1);
+/// and the fast tier does not. The scenes differ by their tier.
+pub fn compare(
+    scene_of: impl Fn(Tier) -> Scene,
+    assets: &mut Assets,
+) -> ([Accuracy; 2], [usize; 2]) {
+    let (truth, accurate) = accurate(&scene_of(Tier::Accurate), assets);
+    let (_, fast) = draw(&scene_of(Tier::Fast), assets);
+    let inside = inside(&draw(&scene_of(Tier::Planar), assets).1);
     let is_lost = |i: &&usize| truth.samples[**i].is_hit() && fast.class(**i) == CLASS_MISS;
     let lost = inside.iter().filter(is_lost).count();
     ([truth.compare(&fast), accurate], [inside.len(), lost])
@@ -319,12 +324,14 @@ fn the_named_meshes_are_carved_as_promised() {
     let mut broken = Vec::new();
     for (promise, path) in named_meshes() {
         let name = promise.name;
+        let mut assets = Assets::default();
         for view in 0..3 {
-            let ([fast, accurate], [pixels, lost]) = compare(|tier| {
+            let scene_of = |tier| {
                 let mut scene = scene(&path, tier, view, [400, 300]);
                 scene.objects[0].depth = promise.depth;
                 scene
-            });
+            };
+            let ([fast, accurate], [pixels, lost]) = compare(scene_of, &mut assets);
             let inner = 100.0 * lost as f64 / pixels.max(1) as f64;
             println!("{name} from {view}: inner misses {inner:.3} % of {pixels}");
             for (tier, found, (iou, holes)) in [
@@ -369,7 +376,7 @@ fn every_mesh_is_carved_as_the_oracle_says() {
         .flat_map_iter(|(path, _)| (0..3).map(move |view| (path, view)))
         .filter_map(|(path, view)| {
             let scene_of = |tier| scene(path, tier, view, [400, 300]);
-            let ([_, accurate], [_, lost]) = compare(scene_of);
+            let ([_, accurate], [_, lost]) = compare(scene_of, &mut Assets::default());
             let wrong = accurate.extra + accurate.holes;
             // Of 2,976 hits of concave_polygon.obj, 3 are nearer to the outline than
             // 0.0015 pixels: the tolerance is 0.02.
@@ -419,7 +426,7 @@ fn columns_rise_from_the_named_meshes() {
         let mut scene = scene(path, Tier::Accurate, 0, [400, 300]);
         scene.objects[0].depth = Some(depth);
         scene.objects[0].raised = true;
-        let (_, accurate) = accurate(&scene);
+        let (_, accurate) = accurate(&scene, &mut Assets::default());
         println!("{name} raised: {accurate:?}");
         assert!(accurate.silhouette_iou >= 0.999, "{name}: {accurate:?}");
         assert_eq!(accurate.interior_holes, 0, "{name}: {accurate:?}");

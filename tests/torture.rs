@@ -7,6 +7,7 @@ use std::f64::consts::TAU;
 use crate::real::{VIEWS, compare};
 use glam::{DVec3, Vec3Swizzles};
 use relievo::mesh::{MeshData, Projection};
+use relievo::prepare::Assets;
 use relievo::scene::{Scene, SceneObject, Tier};
 use relievo_tests::asset;
 
@@ -190,14 +191,15 @@ fn tortures_are_carved_whole() {
     let mut broken = Vec::new();
     for mesh in [gyroid(), cuts(), noise(), plate(), band(), cubes()] {
         for rotate in VIEWS {
-            let ([fast, accurate], [pixels, lost]) = compare(|tier: Tier| {
+            let scene_of = |tier: Tier| {
                 let object = SceneObject::new(mesh.clone(), asset("patterns/discs.png"))
                     .repeat(12, 8)
                     .projection(Projection::Spherical)
                     .rotate(rotate)
                     .tier(tier);
                 Scene::default().size(400, 300).object(object)
-            });
+            };
+            let ([fast, accurate], [pixels, lost]) = compare(scene_of, &mut Assets::default());
             println!(
                 "{} {rotate:?}, {} triangles: accurate {:.4} / {}, extra {}; fast {:.4} / {}, inner misses {lost} of {pixels}",
                 mesh.name,

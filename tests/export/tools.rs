@@ -5,9 +5,13 @@ use super::cases::{cases, file};
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use relievo::export::{ExportedFile, Options, Output, export};
 use relievo_tests::lacking;
+use std::collections::BTreeSet;
 use std::io::ErrorKind;
 use std::path::Path;
 use std::process::Command;
+
+/// Arguments of a program with the contents of the files that they name, which it accepted.
+type Accepted = BTreeSet<(&'static [&'static str], Vec<Vec<u8>>)>;
 
 /// A program, and its arguments for the files of a folder.
 struct Tool {
@@ -69,9 +73,15 @@ const TOOLS: [Tool; 3] = [
 ];
 
 impl Tool {
-    /// Returns whether it is installed; fails if it rejects the files.
-    fn accepts(&self, folder: &Path, name: &str) -> bool {
+    /// Returns whether it is installed; fails if it rejects the files. What it `accepted` before
+    /// is not read again.
+    fn accepts(&self, folder: &Path, name: &str, accepted: &mut Accepted) -> bool {
         for arguments in self.runs {
+            let files = arguments.iter().map(|name| folder.join(name));
+            let contents = files.filter_map(|path| std::fs::read(path).ok()).collect();
+            if !accepted.insert((*arguments, contents)) {
+                continue;
+            }
             let run = Command::new(self.program)
                 .args(*arguments)
                 .current_dir(folder)
@@ -93,10 +103,15 @@ impl Tool {
     }
 }
 
-/// naga accepts its own WGSL with WebGPU's required features only.
-fn reads_wgsl(files: &[ExportedFile], name: &str) {
+/// naga accepts its own WGSL with WebGPU's required features only; what it has `read` before is
+/// not read again.
+fn reads_wgsl(files: &[ExportedFile], name: &str, read: &mut BTreeSet<Vec<u8>>) {
     for stage in ["vertex.wgsl", "fragment.wgsl"] {
-        let text = std::str::from_utf8(file(files, stage)).unwrap();
+        let bytes = file(files, stage);
+        if !read.insert(bytes.to_vec()) {
+            continue;
+        }
+        let text = std::str::from_utf8(bytes).unwrap();
         let module = naga::front::wgsl::parse_str(text)
             .unwrap_or_else(|error| panic!("{name}: {}", error.emit_to_string(text)));
         Validator::new(ValidationFlags::all(), Capabilities::empty())
@@ -109,6 +124,8 @@ fn reads_wgsl(files: &[ExportedFile], name: &str) {
 #[test]
 fn the_tools_of_each_language_accept_every_shader() {
     let mut missing: Vec<&Tool> = Vec::new();
+    let mut accepted = Accepted::new();
+    let mut read = BTreeSet::new();
     for case in cases().iter().filter(|case| case.scene.objects.len() == 1) {
         for output in [Output::Color, Output::Words, Output::Hit] {
             let options = Options {
@@ -116,14 +133,14 @@ fn the_tools_of_each_language_accept_every_shader() {
                 ..Options::default()
             };
             let files = export(&case.scene, &options).unwrap();
-            reads_wgsl(&files, &case.name);
+            reads_wgsl(&files, &case.name, &mut read);
             let folder = tempfile::tempdir().unwrap();
             for file in &files {
                 std::fs::write(folder.path().join(&file.name), &file.bytes).unwrap();
             }
             for tool in &TOOLS {
                 let is_known = missing.iter().any(|known| known.program == tool.program);
-                if !is_known && !tool.accepts(folder.path(), &case.name) {
+                if !is_known && !tool.accepts(folder.path(), &case.name, &mut accepted) {
                     missing.push(tool);
                 }
             }

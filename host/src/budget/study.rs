@@ -2,13 +2,13 @@
 //! promises.
 
 use super::metrics::{ScreenMetrics, measure};
-use super::plan::{Plan, Promise, plan};
+use super::plan::{Plan, Promise, plan_with};
 use super::random::random_scene;
 use super::recipe::Recipe;
 use super::trial::Evaluator;
 use crate::Error;
 use crate::oracle::SHARE;
-use crate::prepare::{PreparedScene, prepare};
+use crate::prepare::{Assets, PreparedScene, prepare};
 use crate::scene::{MapOptions, Scene, Tier};
 use std::path::Path;
 
@@ -150,12 +150,13 @@ impl Study {
     /// As [`Study::errors_px`].
     pub fn hold(&self, budgets: &[f64]) -> Result<Vec<Held>, Error> {
         let evaluator = self.reference.as_ref().map(Evaluator::of_every_pixel);
-        let held = |budget: &f64| {
+        let mut assets = Assets::default();
+        let mut held = |budget: &f64| {
             let mut scene = self.scene.clone();
             for object in &mut scene.objects {
                 object.budget = Some(*budget);
             }
-            let mut planned = plan(&scene, &|_| ())?;
+            let mut planned = plan_with(&scene, &mut assets, &|_| ())?;
             let share_above = match &evaluator {
                 Some(evaluator) => {
                     let trial = evaluator.evaluate(&mut planned.scene, *budget)?;
