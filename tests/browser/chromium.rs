@@ -74,6 +74,8 @@ impl Chromium {
             calls: 0,
             _profile: profile,
         };
+        // Answered once the process for the GPU runs: a page that is faster finds no WebGPU.
+        browser.call("SystemInfo.getInfo", json!({})).unwrap();
         let targets = browser.call("Target.getTargets", json!({})).unwrap();
         let targets = targets["targetInfos"].as_array().unwrap();
         let tab = targets.iter().find(|target| target["type"] == "page");
