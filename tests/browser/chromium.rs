@@ -1,6 +1,7 @@
 //! A headless Chromium, told what to do by the Chrome DevTools Protocol
 //! (<https://chromedevtools.github.io/devtools-protocol>).
 
+use data_url::forgiving_base64::decode_to_vec;
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader};
 use std::net::TcpStream;
@@ -27,7 +28,7 @@ const ARGUMENTS: [&str; 14] = [
     "--no-first-run",
 ];
 
-/// A browser with one tab, which ends with this.
+/// A browser with one tab. It is closed when this is dropped.
 pub struct Chromium {
     process: Child,
     socket: WebSocket<TcpStream>,
@@ -93,7 +94,7 @@ impl Chromium {
     /// Calls a method, for the tab, and returns its result.
     ///
     /// # Errors
-    /// What the browser complains of, or that it does not answer.
+    /// The browser reports an error, or does not answer.
     pub fn call(&mut self, method: &str, parameters: Value) -> Result<Value, String> {
         self.calls += 1;
         let mut call = json!({ "id": self.calls, "method": method, "params": parameters });
@@ -121,7 +122,7 @@ impl Chromium {
     /// Runs JavaScript and returns its value, that of the promise if it `waits` for one.
     ///
     /// # Errors
-    /// As [`Chromium::call`]; or what the script throws.
+    /// As [`Chromium::call`]; or the script throws.
     pub fn evaluate(&mut self, script: &str, waits: bool) -> Result<Value, String> {
         let mut done = self.call(
             "Runtime.evaluate",
@@ -139,9 +140,13 @@ impl Chromium {
     /// As [`Chromium::call`].
     pub fn screenshot(&mut self) -> Result<Vec<u8>, String> {
         let taken = self.call("Page.captureScreenshot", json!({ "format": "png" }))?;
-        let text = taken["data"].as_str().unwrap_or_default();
-        data_url::forgiving_base64::decode_to_vec(text.as_bytes()).map_err(|e| format!("{e:?}"))
+        Ok(base64(taken["data"].as_str().unwrap_or_default()))
     }
+}
+
+/// Decodes base64.
+pub fn base64(text: &str) -> Vec<u8> {
+    decode_to_vec(text.as_bytes()).expect("it is base64")
 }
 
 impl Drop for Chromium {

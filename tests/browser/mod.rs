@@ -2,6 +2,8 @@
 
 mod chromium;
 
+pub use chromium::base64;
+
 use chromium::Chromium;
 use serde_json::{Value, json};
 use std::cell::RefCell;
@@ -167,9 +169,9 @@ impl Page {
         page
     }
 
-    fn call(&self, method: &str, parameters: Value) -> Value {
+    fn call(&self, method: &str, parameters: Value) {
         let done = self.browser.borrow_mut().call(method, parameters);
-        done.expect("the browser does it")
+        done.expect("the browser does it");
     }
 
     /// Runs JavaScript and returns its value.

@@ -10,8 +10,8 @@ use std::io::ErrorKind;
 use std::path::Path;
 use std::process::Command;
 
-/// Arguments of a program with the contents of the files that they name, which it accepted.
-type Accepted = BTreeSet<(&'static [&'static str], Vec<Vec<u8>>)>;
+/// Arguments of a program, and the contents of the files that they name.
+type Run = (&'static [&'static str], Vec<Vec<u8>>);
 
 /// A program, and its arguments for the files of a folder.
 struct Tool {
@@ -73,13 +73,21 @@ const TOOLS: [Tool; 3] = [
 ];
 
 impl Tool {
-    /// Returns whether it is installed; fails if it rejects the files. What it `accepted` before
-    /// is not read again.
-    fn accepts(&self, folder: &Path, name: &str, accepted: &mut Accepted) -> bool {
+    /// Returns whether it is installed; fails if it rejects the `files` of `folder`. Runs that are
+    /// in `done` are left out, others are added.
+    fn accepts(
+        &self,
+        folder: &Path,
+        files: &[ExportedFile],
+        name: &str,
+        done: &mut BTreeSet<Run>,
+    ) -> bool {
         for arguments in self.runs {
-            let files = arguments.iter().map(|name| folder.join(name));
-            let contents = files.filter_map(|path| std::fs::read(path).ok()).collect();
-            if !accepted.insert((*arguments, contents)) {
+            let named = files
+                .iter()
+                .filter(|file| arguments.contains(&file.name.as_str()));
+            let contents = named.map(|file| file.bytes.clone()).collect();
+            if !done.insert((*arguments, contents)) {
                 continue;
             }
             let run = Command::new(self.program)
@@ -124,7 +132,7 @@ fn reads_wgsl(files: &[ExportedFile], name: &str, read: &mut BTreeSet<Vec<u8>>) 
 #[test]
 fn the_tools_of_each_language_accept_every_shader() {
     let mut missing: Vec<&Tool> = Vec::new();
-    let mut accepted = Accepted::new();
+    let mut done = BTreeSet::new();
     let mut read = BTreeSet::new();
     for case in cases().iter().filter(|case| case.scene.objects.len() == 1) {
         for output in [Output::Color, Output::Words, Output::Hit] {
@@ -140,7 +148,7 @@ fn the_tools_of_each_language_accept_every_shader() {
             }
             for tool in &TOOLS {
                 let is_known = missing.iter().any(|known| known.program == tool.program);
-                if !is_known && !tool.accepts(folder.path(), &case.name, &mut accepted) {
+                if !is_known && !tool.accepts(folder.path(), &files, &case.name, &mut done) {
                     missing.push(tool);
                 }
             }

@@ -2,8 +2,7 @@
 
 mod rays;
 
-use crate::browser::{Page, chromium};
-use data_url::forgiving_base64::decode_to_vec;
+use crate::browser::{Page, base64, chromium};
 use glam::{DVec3, DVec4};
 use rays::{Cuboid, Hit, Rays};
 use relievo::export::{Options, Output, Target, export};
@@ -179,10 +178,6 @@ impl Picture {
             .flat_map(|row| columns.clone().map(move |column| row * self.width + column))
             .all(|other| values[other] == values[pixel])
     }
-}
-
-fn base64(text: &str) -> Vec<u8> {
-    decode_to_vec(text.as_bytes()).expect("it is base64")
 }
 
 /// A scene with the page's camera.

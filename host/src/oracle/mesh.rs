@@ -158,8 +158,8 @@ impl<'a> MeshOracle<'a> {
         found
     }
 
-    /// Returns the prisms whose hulls the ray enters, with the distances at which it does,
-    /// ascending.
+    /// Returns the distances at which the ray enters the hulls of prisms, ascending, with the
+    /// numbers of these prisms.
     fn entered(&self, eye: DVec3, direction: DVec3) -> Vec<(f64, usize)> {
         let mut entered = Vec::new();
         self.hierarchy.for_each(eye, direction, |leaf| {

@@ -71,12 +71,11 @@ const DEEP: f64 = 1e-4;
 /// Bisections between the last point inside and the first one outside.
 const FLOOR_BISECTIONS: u32 = 24;
 
-/// Steps through the whole hull to where the ray leaves the prism, and bisections after them to
-/// where it came in.
+/// Steps through the whole hull on the way out of the prism.
 const STEPS: f64 = 256.0;
+/// Bisections between the last point inside and the first one outside, where the ray came in.
 const BISECTIONS: u32 = 30;
-/// Longest step back to where the ray comes into the prism, as a share of the path through the
-/// hull.
+/// Longest step back to where the ray came in, as a share of the path through the hull.
 const LONGEST_BACK: f64 = 1.0 / 16.0;
 
 /// What a ray came through into a prism.
@@ -143,9 +142,13 @@ impl HulledPrism {
     }
 
     /// Returns the distances at which the ray from `eye` along `direction` enters and leaves a
-    /// tight hull of the prism; the first is not the smaller one for a miss.
+    /// tight hull of the prism; for a miss the first is not smaller.
     pub fn range(&self, eye: DVec3, direction: DVec3) -> (f64, f64) {
-        self.clip(eye - self.prism.anchor, direction)
+        let origin = eye - self.prism.anchor;
+        let slabs = self.slabs.iter();
+        slabs.fold((0.0, FAR), |range, slab| {
+            slab.clip(range, origin, direction)
+        })
     }
 
     /// Returns what the ray from `eye` along `direction` came through into this prism, in
@@ -211,15 +214,6 @@ impl HulledPrism {
         let place = Place { x, jacobian };
         let is_inside = jacobian.regular && place.insets().iter().all(|inset| *inset >= -1e-6);
         is_inside.then_some(place)
-    }
-
-    /// Returns the distances at which the ray from `origin` (relative to the anchor)
-    /// enters and leaves a tight hull of the prism; the first is larger for a miss.
-    fn clip(&self, origin: DVec3, direction: DVec3) -> (f64, f64) {
-        let slabs = self.slabs.iter();
-        slabs.fold((0.0, FAR), |range, slab| {
-            slab.clip(range, origin, direction)
-        })
     }
 }
 
@@ -502,7 +496,7 @@ pub(super) fn search(
     };
     let prism = &hulled.prism;
     let from_eye = eye - prism.anchor;
-    let (enter, leave) = hulled.clip(from_eye, direction);
+    let (enter, leave) = hulled.range(eye, direction);
     if enter >= leave {
         return found;
     }

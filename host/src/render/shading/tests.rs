@@ -1,7 +1,7 @@
 //! Pictures of scenes that are lit physically, against what is known of them.
 
 use crate::mesh::{MeshData, Projection};
-use crate::prepare::{Assets, PreparedScene, prepare, prepare_with};
+use crate::prepare::{PreparedScene, prepare};
 use crate::render::{CpuRenderer, Hits, Renderer};
 use crate::scene::{
     Camera, Color, Environment, Finish, LightKind, LightSource, PhysicalMaterial, Scene,
@@ -63,7 +63,6 @@ fn colors(scene: &Scene) -> (PreparedScene, crate::render::ColorWords) {
 #[test]
 fn a_furnace_hides_what_is_white() {
     let sphere = Path::new(env!("CARGO_MANIFEST_DIR")).join("../assets/meshes/sphere.obj");
-    let mut assets = Assets::default();
     for tier in [Tier::Fast, Tier::Accurate] {
         for (metallic, roughness) in [(1.0, 0.0), (1.0, 0.4), (1.0, 1.0), (0.0, 0.1), (0.0, 1.0)] {
             let object = SceneObject::new(
@@ -86,8 +85,7 @@ fn a_furnace_hides_what_is_white() {
                 })
                 .with_material(material("white", 1.0, metallic, roughness))
                 .object(object);
-            let prepared = prepare_with(&scene, &mut assets, &|_| ()).unwrap();
-            let words = CpuRenderer::new(&prepared).color(&prepared.frame).unwrap();
+            let (_, words) = colors(&scene);
             let mut hits = 0;
             for pixel in &words.words {
                 if pixel[3] != 0 {
@@ -465,7 +463,7 @@ fn objects_that_differ_by_their_place_share_their_materials() {
 
 /// Returns the mean linear RGB of a plate with `pattern`, 64 times along each side, whose grooves are
 /// half as deep as the pattern is wide and grow by `bevel` of its width, seen from `elevation` degrees
-/// above it: from one sample with smooth edges in each of 8 × 8 pixels, and from 32 times as many
+/// above it: from one sample with smooth edges in each of 8 × 8 pixels, and from 64 times as many
 /// along each side.
 fn far_plate(pattern: &Pattern, bevel: f64, elevation: f64, light: &LightSource) -> [[f64; 3]; 2] {
     let (sine, cosine) = elevation.to_radians().sin_cos();
@@ -504,7 +502,7 @@ fn far_plate(pattern: &Pattern, bevel: f64, elevation: f64, light: &LightSource)
         scene.smooth_edges = is_smooth;
         scene
     };
-    [(8, true), (256, false)].map(|(side, is_smooth)| {
+    [(8, true), (512, false)].map(|(side, is_smooth)| {
         let (_, words) = colors(&scene(side, is_smooth));
         let mut sum = [0.0; 3];
         for pixel in &words.words {
