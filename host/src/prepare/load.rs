@@ -3,7 +3,7 @@
 
 use super::camera::{camera_of, frame, sees};
 use super::layers::encode;
-use super::lighting::prepare_lighting;
+use super::lighting::{Bakes, prepare_lighting};
 use super::meshes::{LoadedMesh, MeshCache, cached, load_meshes};
 use super::object::{Common, prepare_object};
 use super::placement::Placement;
@@ -23,12 +23,13 @@ use std::sync::Arc;
 use std::time::Duration;
 use web_time::Instant;
 
-/// The meshes and patterns of a scene, kept for [`super::prepare_with`].
+/// The meshes, patterns, pictures and the environment of a scene, kept for [`super::prepare_with`].
 #[derive(Default)]
 pub struct Assets {
     meshes: MeshCache,
     shapes: Shapes,
     shells: Shells,
+    bakes: Bakes,
 }
 
 /// A scene whose files are loaded.
@@ -45,6 +46,8 @@ pub(crate) struct LoadedScene<'a> {
     shapes: Shapes,
     /// Local depths of the meshes.
     shells: Shells,
+    /// What is baked for shading.
+    bakes: Bakes,
     bounds: Bounds,
     camera: Camera,
     frame: Frame,
@@ -148,6 +151,7 @@ impl<'a> LoadedScene<'a> {
             is_seen,
             shapes,
             shells: before.shells.for_next(),
+            bakes: before.bakes.for_next(),
             bounds,
             camera,
             account,
@@ -214,8 +218,9 @@ impl<'a> LoadedScene<'a> {
                 // What the rest of the scene takes stays counted.
                 let mut account = self.account.clone();
                 let bounds = &self.bounds;
-                let made = prepare_lighting(self.scene, &mut objects, bounds, &mut account)?;
-                Some(Arc::new(made))
+                let bakes = &mut self.bakes;
+                let made = prepare_lighting(self.scene, &mut objects, bounds, bakes, &mut account);
+                Some(Arc::new(made?))
             }
             false => None,
         };
@@ -309,6 +314,7 @@ impl<'a> LoadedScene<'a> {
             meshes: cached(self.scene, &self.sources, &self.meshes),
             shapes: self.shapes,
             shells: self.shells,
+            bakes: self.bakes,
         }
     }
 }

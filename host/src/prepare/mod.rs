@@ -34,6 +34,7 @@ mod layers;
 mod lighting;
 mod lit;
 mod load;
+mod memo;
 mod meshes;
 mod object;
 mod placement;

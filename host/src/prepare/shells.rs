@@ -1,9 +1,9 @@
 //! The local depths of the meshes of a scene: each is found once.
 
-use std::sync::Arc;
-
+use super::memo::{Memo, Same};
 use crate::mesh::{LocalDepth, Mesh, MeshPrism, Shell};
 use relievo_shared::layout::{REDUCTION_STEPS, pack_depth_reductions};
+use std::sync::Arc;
 
 /// Smaller reductions are rounding errors.
 const SMALLEST: f64 = 1e-6;
@@ -22,41 +22,17 @@ pub(super) struct MeshShell {
     pub local_depth: Option<LocalDepth>,
 }
 
-/// A mesh, the depth asked for, and the local depth.
-type Known = (Arc<Mesh>, f64, Arc<MeshShell>);
-
 /// Local depths by mesh and depth asked for.
-#[derive(Default)]
-pub(super) struct Shells {
-    /// Those that the scene uses.
-    used: Vec<Known>,
-    /// Those that the scene before used.
-    before: Vec<Known>,
-}
+pub(super) type Shells = Memo<(Same<Mesh>, f64), MeshShell>;
 
 impl Shells {
-    /// Returns them for the next scene, without those that this one did not use.
-    pub fn for_next(self) -> Shells {
-        Shells {
-            used: Vec::new(),
-            before: self.used,
-        }
-    }
-
     /// Returns the local depth of `mesh` for `depth`, object units.
     pub fn of(&mut self, mesh: &Arc<Mesh>, depth: f64) -> Arc<MeshShell> {
-        let is_it = |(known, its, _): &&Known| Arc::ptr_eq(known, mesh) && *its == depth;
-        if let Some((_, _, shell)) = self.used.iter().find(is_it) {
-            return shell.clone();
-        }
-        let before = self.before.iter().find(is_it);
-        let known = before.cloned().unwrap_or_else(|| {
+        let key = (Same(mesh.clone()), depth);
+        self.get(&key).unwrap_or_else(|| {
             let shell = MeshShell::new(&mesh.shell(depth));
-            (mesh.clone(), depth, Arc::new(shell))
-        });
-        let shell = known.2.clone();
-        self.used.push(known);
-        shell
+            self.insert(key, shell)
+        })
     }
 }
 

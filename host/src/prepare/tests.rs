@@ -1,6 +1,6 @@
 //! Scenes whose files lie in memory.
 
-use super::prepare;
+use super::{Assets, prepare, prepare_with};
 use crate::mesh::MeshData;
 use crate::render::{CpuRenderer, Renderer};
 use crate::scene::{Scene, SceneObject, Shape, Technique, Tier};
@@ -10,13 +10,19 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 /// The words of the scene's picture, in a small size, with small shadow maps.
-pub(crate) fn words(mut scene: Scene) -> Vec<[u32; 4]> {
+pub(crate) fn words(scene: Scene) -> Vec<[u32; 4]> {
+    words_with(scene, &mut Assets::default())
+}
+
+/// As [`words`], reusing unchanged `assets`.
+pub(crate) fn words_with(mut scene: Scene, assets: &mut Assets) -> Vec<[u32; 4]> {
     scene.size = [80, 60];
     scene.supersampling = 1;
     for light in &mut scene.lights {
         light.shadow_size = 64;
     }
-    let prepared = prepare(&scene, &|_| ()).unwrap_or_else(|error| panic!("{error}"));
+    let prepared = prepare_with(&scene, assets, &|_| ());
+    let prepared = prepared.unwrap_or_else(|error| panic!("{error}"));
     let mut renderer = CpuRenderer::new(&prepared);
     renderer.color(&prepared.frame).unwrap().words
 }

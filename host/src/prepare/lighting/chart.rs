@@ -1,12 +1,20 @@
 //! The chart of a pattern: how much of it is cap, and how its outline runs, for
 //! [`relievo_shared::shading::mean`].
 
+use super::pictures::Levels;
 use crate::shape_map::ShapeMap;
 use glam::Vec2;
 use image::{Rgba, Rgba32FImage};
 use rayon::prelude::*;
 use relievo_shared::shading::image::halved;
 use relievo_shared::shading::mean::{MOST, MOST_UNEVEN};
+
+/// A chart, with what shading has to know of it.
+pub(super) struct Chart {
+    pub(super) levels: Levels,
+    /// Mean width of the pattern's gaps, texels of the chart.
+    pub(super) gap: f32,
+}
 
 /// Returns the size of the chart of `map`, whose gaps have the mean width `gap`, texels of the map, and
 /// that width in texels of the chart. No pixel that reads the chart is narrower than its texels, unless

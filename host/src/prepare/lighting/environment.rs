@@ -1,5 +1,6 @@
 //! The environment: irradiance as spherical harmonics, and levels of growing roughness.
 
+use super::Bakes;
 use super::pictures::{Encoding, halve, linear};
 use crate::Error;
 use crate::limits::Account;
@@ -25,11 +26,19 @@ const PIXEL: u64 = 32;
 /// Rows of the picture that irradiance is integrated over.
 const ROWS: u32 = 128;
 
+/// Light from all directions.
+pub(super) struct Surroundings {
+    /// What shading has to know of it. Its first word is the first of `words`.
+    lighting: Lighting,
+    words: Vec<u32>,
+}
+
 /// Bakes the environment of `scene` after `words`. Returns what shading has to know of it; nothing if it
 /// is dark.
 pub(super) fn bake(
     scene: &Scene,
     environment: &Environment,
+    bakes: &mut Bakes,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
 ) -> Result<Lighting, Error> {
@@ -40,21 +49,31 @@ pub(super) fn bake(
     if color == [0.0; 3] {
         return Ok(Lighting::default());
     }
-    let baked = match &environment.image {
-        None => baked_environment(SIDES[1], &|_, _| DVec3::ONE, words),
-        Some(path) => {
+    let image = environment.image.as_ref();
+    let key = image.map(|path| (path.clone(), environment.turn));
+    let baked = match (bakes.environments.get(&key), image) {
+        (Some(known), _) => known,
+        (None, None) => {
+            let even = baked_environment(SIDES[1], &|_, _| DVec3::ONE);
+            bakes.environments.insert(key, even)
+        }
+        (None, Some(path)) => {
             let max_pixels = scene.limits.pixels.min(account.left(PIXEL));
             let picture = load_picture(&scene.files, path, max_pixels)?;
             let pixels = u64::from(picture.width()) * u64::from(picture.height());
             account.take(path.display(), pixels, PIXEL)?;
             let picture = Panorama::new(linear(picture, Encoding::Color), environment.turn);
             let light = |direction: DVec3, width: f64| picture.light(direction, width);
-            baked_environment(SIDES[0], &light, words)
+            let baked = baked_environment(SIDES[0], &light);
+            bakes.environments.insert(key, baked)
         }
     };
+    let first = words.len() as u32;
+    words.extend(&baked.words);
     Ok(Lighting {
+        environment: first,
         environment_color: color,
-        ..baked
+        ..baked.lighting
     })
 }
 
@@ -112,10 +131,9 @@ impl Panorama {
 /// Light from a direction, the mean over about as many radians.
 type Sky<'a> = dyn Fn(DVec3, f64) -> DVec3 + Sync + 'a;
 
-/// Bakes light from all directions after `words`: levels whose first has `side` texels on each side. Returns
-/// what shading has to know of it.
-fn baked_environment(side: u32, light: &Sky<'_>, words: &mut Vec<u32>) -> Lighting {
-    let first = words.len() as u32;
+/// Bakes light from all directions: levels whose first has `side` texels on each side.
+fn baked_environment(side: u32, light: &Sky<'_>) -> Surroundings {
+    let mut words = Vec::new();
     for level in 0..LEVELS {
         let roughness = f64::from(level) / f64::from(LEVELS - 1);
         let side = side >> level;
@@ -133,14 +151,14 @@ fn baked_environment(side: u32, light: &Sky<'_>, words: &mut Vec<u32>) -> Lighti
             .collect();
         words.extend(texels);
     }
-    Lighting {
-        environment: first,
+    let lighting = Lighting {
         environment_size: side,
         environment_levels: LEVELS,
         environment_color: [1.0; 3],
         irradiance: irradiance(light),
         ..Lighting::default()
-    }
+    };
+    Surroundings { lighting, words }
 }
 
 /// Returns the direction of a texel of a level with a border, which shows what is beyond the
@@ -288,8 +306,7 @@ mod tests {
     #[test]
     fn irradiance_is_the_integral_of_cosine_and_light() {
         let light = |d: DVec3, _: f64| DVec3::splat(d.y.max(0.0));
-        let mut words = Vec::new();
-        let lighting = baked_environment(16, &light, &mut words);
+        let Surroundings { lighting, .. } = baked_environment(16, &light);
         let at = |n: Vec3| environment::irradiance(&lighting, n).x;
         // ∫ cos² over the hemisphere, over π: 2 / 3.
         assert!((at(Vec3::Y) - 2.0 / 3.0).abs() < 0.03, "{}", at(Vec3::Y));
@@ -306,9 +323,8 @@ mod tests {
             picture.put_pixel(x, y, image::Rgba([2e4, f32::INFINITY, f32::NAN, 1.0]));
         }
         let sun = Panorama::new(picture, 0.0);
-        let mut words = Vec::new();
         let light = |d: DVec3, width: f64| sun.light(d, width);
-        let lighting = baked_environment(64, &light, &mut words);
+        let Surroundings { lighting, words } = baked_environment(64, &light);
         let polar = PI * 101.0 / 512.0;
         let towards = DVec3::new(0.0, polar.cos(), -polar.sin());
         // The irradiance over π of a small source: its light times its solid angle, over π.
@@ -330,8 +346,8 @@ mod tests {
 
     #[test]
     fn even_light_is_even_in_every_level() {
-        let mut words = vec![7; 3];
-        let lighting = baked_environment(16, &|_, _| DVec3::new(1.0, 0.5, 0.25), &mut words);
+        let Surroundings { lighting, words } =
+            baked_environment(16, &|_, _| DVec3::new(1.0, 0.5, 0.25));
         let directions = [[0.0, 0.0, 1.0], [0.6, -0.8, 0.0], [-0.6, 0.0, -0.8]];
         for direction in directions.map(Vec3::from) {
             for roughness in [0.0, 0.3, 0.5, 0.99, 1.0] {
@@ -350,8 +366,7 @@ mod tests {
     #[test]
     fn directions_are_found_again() {
         let light = |d: DVec3, _: f64| d * 0.5 + 0.5;
-        let mut words = Vec::new();
-        let lighting = baked_environment(64, &light, &mut words);
+        let Surroundings { lighting, words } = baked_environment(64, &light);
         let mut random = fastrand::Rng::with_seed(5);
         for _ in 0..2000 {
             let mut part = || random.f64() * 2.0 - 1.0;

@@ -1,12 +1,14 @@
 //! The materials of objects, and how patterns lie on their facets.
 
 use super::super::layers::{Described, described, material_slots};
+use super::super::memo::{Memo, Same};
 use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
-use super::cells::cells;
-use super::chart;
+use super::Bakes;
+use super::cells::{Cells, cells};
+use super::chart::{self, Chart};
 use super::of_meshes::OfMeshes;
-use super::pictures::{Encoding, Pictures, TEXEL, append};
+use super::pictures::{Encoding, Pictures, TEXEL, levels};
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::MeshTriangle;
@@ -20,16 +22,18 @@ use relievo_shared::profile::{Profile, grows_mostly, growth};
 use relievo_shared::shading::layout::FINISHES;
 use relievo_shared::shading::{FacetMaterial, Finish, Image, Material};
 use std::path::PathBuf;
+use std::sync::Arc;
 
 /// Returns the finishes and the facets of all `objects`, and numbers the materials in
 /// their parameters.
 pub(super) fn finishes(
     scene: &Scene,
     objects: &mut [PreparedObject],
-    pictures: &mut Pictures<'_>,
+    bakes: &mut Bakes,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
 ) -> Result<(Vec<Finish>, Vec<FacetMaterial>), Error> {
+    let pictures = &mut Pictures::new(scene, &mut bakes.pictures);
     let mut finishes: Vec<Finish> = Vec::new();
     let mut facets = Vec::new();
     let mut of_meshes = OfMeshes::new(scene);
@@ -102,8 +106,10 @@ pub(super) fn finishes(
                 Some(layer) => (&layer.map, &layer.parameters),
                 None => (&prepared.map, &prepared.parameters),
             };
-            let (cells, cell_width) = cells_of(scene, &layer, map, words, account)?;
-            let (chart, gap) = chart_of(scene, object, prepared, words, account)?;
+            let (cells, cell_width) =
+                cells_of(scene, &layer, map, &mut bakes.cells, words, account)?;
+            let (chart, gap) =
+                chart_of(scene, object, prepared, &mut bakes.charts, words, account)?;
             // In the order of the classes; `None` is that of the mesh.
             let mut classes: Vec<(Option<Material>, Image)> = Vec::new();
             for (name, color) in [
@@ -160,7 +166,8 @@ pub(super) fn finishes(
 fn cells_of(
     scene: &Scene,
     layer: &Described<'_>,
-    map: &ShapeMap,
+    map: &Arc<ShapeMap>,
+    known: &mut Memo<Same<ShapeMap>, Cells>,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
 ) -> Result<(Image, f32), Error> {
@@ -174,8 +181,11 @@ fn cells_of(
     let [width, height] = [map.width(), map.height()];
     account.take(layer.shape, u64::from(width) * u64::from(height), 32)?;
     let first = words.len() as u32;
-    let cells = cells(map);
-    words.extend(cells.words);
+    let key = Same(map.clone());
+    let cells = known
+        .get(&key)
+        .unwrap_or_else(|| known.insert(key, cells(map)));
+    words.extend(&cells.words);
     let image = Image {
         first,
         width,
@@ -192,6 +202,7 @@ fn chart_of(
     scene: &Scene,
     object: &SceneObject,
     prepared: &PreparedObject,
+    known: &mut Memo<(Same<ShapeMap>, f32), Chart>,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
 ) -> Result<(Image, f32), Error> {
@@ -208,9 +219,20 @@ fn chart_of(
     }
     let map = &prepared.map;
     let radius = Profile::new(&prepared.parameters).radius(0.0);
-    let (size, gap) = chart::size(map, chart::gap(map, radius));
-    account.take(&object.shape, chart::area(size), TEXEL)?;
-    Ok((append(words, chart::chart(map, radius, size)), gap))
+    let key = (Same(map.clone()), radius);
+    let chart = match known.get(&key) {
+        Some(chart) => {
+            account.take(&object.shape, chart.levels.texels(), TEXEL)?;
+            chart
+        }
+        None => {
+            let (size, gap) = chart::size(map, chart::gap(map, radius));
+            account.take(&object.shape, chart::area(size), TEXEL)?;
+            let levels = levels(chart::chart(map, radius, size));
+            known.insert(key, Chart { levels, gap })
+        }
+    };
+    Ok((chart.levels.append(words), chart.gap))
 }
 
 /// Returns how the pattern lies on a triangle with the materials of `slot`.

@@ -1,5 +1,6 @@
 //! Pictures of materials, as words.
 
+use super::super::memo::Memo;
 use crate::Error;
 use crate::Files;
 use crate::limits::Account;
@@ -23,18 +24,47 @@ pub(super) enum Encoding {
     Linear,
 }
 
-/// The pictures of a scene; each is read once.
+/// A picture and its smaller levels.
+pub(super) struct Levels {
+    /// Their sizes. The first word is the first of `words`.
+    image: Image,
+    words: Vec<u32>,
+}
+
+impl Levels {
+    /// Appends them to `words`. Returns where they are.
+    pub(super) fn append(&self, words: &mut Vec<u32>) -> Image {
+        let first = words.len() as u32;
+        words.extend(&self.words);
+        Image {
+            first,
+            ..self.image
+        }
+    }
+
+    /// Returns the number of texels of the first level.
+    pub(super) fn texels(&self) -> u64 {
+        u64::from(self.image.width) * u64::from(self.image.height)
+    }
+}
+
+/// The pictures of a scene; each is appended once.
 pub(super) struct Pictures<'a> {
     scene: &'a Scene,
-    known: Vec<(PathBuf, Encoding, Image)>,
+    baked: &'a mut Memo<(PathBuf, Encoding), Levels>,
+    appended: Vec<(PathBuf, Encoding, Image)>,
 }
 
 impl<'a> Pictures<'a> {
-    /// Returns no pictures.
-    pub(super) fn new(scene: &'a Scene) -> Pictures<'a> {
+    /// Returns no pictures. Those that are asked for are taken from `baked`, and kept there.
+    pub(super) fn new(
+        scene: &'a Scene,
+        baked: &'a mut Memo<(PathBuf, Encoding), Levels>,
+    ) -> Pictures<'a> {
         Pictures {
             scene,
-            known: Vec::new(),
+            baked,
+            appended: Vec::new(),
         }
     }
 
@@ -60,18 +90,28 @@ impl<'a> Pictures<'a> {
         words: &mut Vec<u32>,
         account: &mut Account<'_>,
     ) -> Result<Image, Error> {
-        let mut known = self.known.iter();
+        let mut appended = self.appended.iter();
         if let Some((_, _, image)) =
-            known.find(|(other, meant, _)| other == path && *meant == encoding)
+            appended.find(|(other, meant, _)| other == path && *meant == encoding)
         {
             return Ok(*image);
         }
-        let max_pixels = self.scene.limits.pixels.min(account.left(TEXEL));
-        let picture = load_picture(files, path, max_pixels)?;
-        let pixels = u64::from(picture.width()) * u64::from(picture.height());
-        account.take(path.display(), pixels, TEXEL)?;
-        let image = append(words, linear(picture, encoding));
-        self.known.push((path.to_path_buf(), encoding, image));
+        let key = (path.to_path_buf(), encoding);
+        let levels = match self.baked.get(&key) {
+            Some(levels) => {
+                account.take(path.display(), levels.texels(), TEXEL)?;
+                levels
+            }
+            None => {
+                let max_pixels = self.scene.limits.pixels.min(account.left(TEXEL));
+                let picture = load_picture(files, path, max_pixels)?;
+                let pixels = u64::from(picture.width()) * u64::from(picture.height());
+                account.take(path.display(), pixels, TEXEL)?;
+                self.baked.insert(key, levels(linear(picture, encoding)))
+            }
+        };
+        let image = levels.append(words);
+        self.appended.push((path.to_path_buf(), encoding, image));
         Ok(image)
     }
 }
@@ -123,10 +163,11 @@ pub(super) fn halve(picture: &Rgba32FImage) -> Rgba32FImage {
     })
 }
 
-/// Appends the levels of `picture` to `words`.
-pub(super) fn append(words: &mut Vec<u32>, mut picture: Rgba32FImage) -> Image {
+/// Returns `picture` and its smaller levels.
+pub(super) fn levels(mut picture: Rgba32FImage) -> Levels {
+    let mut words = Vec::new();
     let mut image = Image {
-        first: words.len() as u32,
+        first: 0,
         width: picture.width(),
         height: picture.height(),
         levels: 0,
@@ -141,7 +182,7 @@ pub(super) fn append(words: &mut Vec<u32>, mut picture: Rgba32FImage) -> Image {
         image.levels += 1;
         let (width, height) = picture.dimensions();
         if width == 1 && height == 1 {
-            return image;
+            return Levels { image, words };
         }
         picture = halve(&picture);
     }
