@@ -2,18 +2,24 @@
 
 use crate::scene::{Environment, LightKind, LightSource, Scene};
 
-/// Returns the lights of `scene`: its own, or that of the table `[light]`.
+/// Returns the lights of `scene`: its own, or that of the table `[light]`. Those that are dark cast no
+/// shadows.
 pub(super) fn lights_of(scene: &Scene) -> Vec<LightSource> {
-    if !scene.lights.is_empty() {
-        return scene.lights.clone();
+    let mut lights = match scene.lights.is_empty() {
+        true => vec![LightSource {
+            kind: LightKind::Directional,
+            color: scene.light.color,
+            intensity: scene.light.intensity,
+            direction: scene.light.direction,
+            ..LightSource::default()
+        }],
+        false => scene.lights.clone(),
+    };
+    for light in &mut lights {
+        let is_dark = light.intensity == 0.0 || light.color.linear() == [0.0; 3];
+        light.casts_shadows &= !is_dark;
     }
-    vec![LightSource {
-        kind: LightKind::Directional,
-        color: scene.light.color,
-        intensity: scene.light.intensity,
-        direction: scene.light.direction,
-        ..LightSource::default()
-    }]
+    lights
 }
 
 /// Returns the environment of `scene`; without one it is even light, of the ambient colour where
@@ -32,9 +38,8 @@ pub(super) fn environment_of(scene: &Scene) -> Environment {
     }
 }
 
-/// Returns whether a light of `scene` casts shadows, as that of the table `[light]` does where
-/// it is used.
+/// Returns whether a light of `scene` casts shadows.
 pub(super) fn has_shadows(scene: &Scene) -> bool {
-    let mut lights = scene.lights.iter();
-    scene.is_physical() && (scene.lights.is_empty() || lights.any(|light| light.casts_shadows))
+    let mut lights = lights_of(scene).into_iter();
+    scene.is_physical() && lights.any(|light| light.casts_shadows)
 }
