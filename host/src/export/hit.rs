@@ -157,6 +157,7 @@ pub(super) fn in_language(
     function: &str,
     target: Target,
     interface: &Interface,
+    sources: &mut Sources,
 ) -> Result<Option<String>, String> {
     let text = match target {
         Target::Spirv => return Ok(None),
@@ -167,7 +168,7 @@ pub(super) fn in_language(
                 "{function}\n@compute @workgroup_size(1) fn keep_hit() {{ let hit = {}(vec3<f32>(), vec3<f32>(), vec3<f32>(), vec3<f32>(), vec3<f32>(), 0.0, 0u); }}\n",
                 interface.value("hit")
             );
-            let written = written(&keep, "keep_hit", target)?;
+            let written = sources.translate(keep, "keep_hit", target)?;
             let text = String::from_utf8(written.bytes).map_err(|error| error.to_string())?;
             let text = without_entry_point(&text).ok_or("its entry point was not found")?;
             commented(&text, interface)
@@ -203,6 +204,7 @@ pub(super) fn picture(
     picture: &Picture,
     target: Target,
     interface: &Interface,
+    sources: &mut Sources,
 ) -> Result<Written, String> {
     let mut shaders = interface.adapt(PICTURE);
     if target == Target::Glsl {
@@ -210,7 +212,7 @@ pub(super) fn picture(
     }
     let source = format!("{function}\n{shaders}");
     if target != Target::Wgsl {
-        return written(&source, picture.entry_point, target);
+        return sources.translate(source, picture.entry_point, target);
     }
     // As it is, with comments and the other entry points.
     Ok(Written {
@@ -220,21 +222,44 @@ pub(super) fn picture(
     })
 }
 
+/// WGSL that was read for one target, kept for the others.
+#[derive(Default)]
+pub(super) struct Sources(Vec<(String, Module)>);
+
+impl Sources {
+    /// Translates one entry point of `source`.
+    fn translate(
+        &mut self,
+        source: String,
+        entry_point: &str,
+        target: Target,
+    ) -> Result<Written, String> {
+        let place = match self.0.iter().position(|(known, _)| *known == source) {
+            Some(place) => place,
+            None => {
+                let module = read(&source)?;
+                self.0.push((source, module));
+                self.0.len() - 1
+            }
+        };
+        let mut module = self.0[place].1.clone();
+        module
+            .entry_points
+            .retain(|entry| entry.name == entry_point);
+        relievo_translate::finish(&mut module, target, relievo_translate::METAL_SIZES)
+    }
+}
+
 /// A browser gets no functions: what reads WGSL would make its page larger by a tenth.
 #[cfg(target_arch = "wasm32")]
-fn written(_: &str, _: &str, _: Target) -> Result<Written, String> {
+fn read(_: &str) -> Result<Module, String> {
     Err(super::NOT_BUILT_IN.to_string())
 }
 
-/// Translates one entry point of WGSL.
+/// Reads WGSL.
 #[cfg(not(target_arch = "wasm32"))]
-fn written(source: &str, entry_point: &str, target: Target) -> Result<Written, String> {
-    let mut module =
-        naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))?;
-    module
-        .entry_points
-        .retain(|entry| entry.name == entry_point);
-    relievo_translate::finish(&mut module, target, relievo_translate::METAL_SIZES)
+fn read(source: &str) -> Result<Module, String> {
+    naga::front::wgsl::parse_str(source).map_err(|error| error.emit_to_string(source))
 }
 
 /// Turns the entry point into the function: locations become arguments, and fields of its result.

@@ -185,6 +185,7 @@ fn export_object(
     let function = (options.output == Output::Hit)
         .then(|| write_function(object, entry_points, &options.interface))
         .transpose()?;
+    let mut sources = hit::Sources::default();
     for target in targets {
         let mut add = |stage: Stage, name: &str, shader: Written| {
             let file = file_name(target, stage, name);
@@ -211,12 +212,12 @@ fn export_object(
         };
         let failed = |message| shader_error(object, entry_points.hit, target, message);
         for picture in &hit::PICTURES {
-            let written =
-                hit::picture(function, picture, target, &options.interface).map_err(failed)?;
+            let written = hit::picture(function, picture, target, &options.interface, &mut sources)
+                .map_err(failed)?;
             add(Stage::Fragment, picture.file, written);
         }
         if let Some(text) =
-            hit::in_language(function, target, &options.interface).map_err(failed)?
+            hit::in_language(function, target, &options.interface, &mut sources).map_err(failed)?
         {
             files.push(self::text(&hit::file_name(target), text));
         }
