@@ -373,10 +373,14 @@ fn every_mesh_is_carved_as_the_oracle_says() {
     }
     let broken: Vec<String> = others
         .par_iter()
-        .flat_map_iter(|(path, _)| (0..3).map(move |view| (path, view)))
-        .filter_map(|(path, view)| {
-            let scene_of = |tier| scene(path, tier, view, [400, 300]);
-            let ([_, accurate], [_, lost]) = compare(scene_of, &mut Assets::default());
+        .flat_map_iter(|(path, _)| {
+            let mut assets = Assets::default();
+            (0..3).map(move |view| {
+                let scene_of = |tier| scene(path, tier, view, [400, 300]);
+                (path, view, compare(scene_of, &mut assets))
+            })
+        })
+        .filter_map(|(path, view, ([_, accurate], [_, lost]))| {
             let wrong = accurate.extra + accurate.holes;
             // Of 2,976 hits of concave_polygon.obj, 3 are nearer to the outline than
             // 0.0015 pixels: the tolerance is 0.02.

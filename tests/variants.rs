@@ -2,7 +2,8 @@
 //! drawn with modified operations of the shared mathematics.
 
 use crate::real;
-use relievo::prepare::{PreparedObject, PreparedScene, prepare};
+use rayon::prelude::*;
+use relievo::prepare::{Assets, PreparedObject, PreparedScene, prepare_with};
 use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::{Finish, Scene, Tier};
 use relievo_shared::layout::{
@@ -13,7 +14,7 @@ use relievo_shared::outline::{Rectangle, bounding_rectangle, prism_outline};
 use relievo_shared::profile::LAYERED;
 use relievo_shared_variant::{Finding, Mode, audited, with_mode};
 use relievo_tests::{asset, is_long, scenes};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 
 const SIZE: [u32; 2] = [96, 72];
@@ -26,15 +27,26 @@ struct Prepared {
     candidates: Vec<Vec<[usize; 2]>>,
 }
 
+/// A scene, and its picture as the renderer draws it.
+struct Drawn {
+    prepared: Prepared,
+    picture: Picture,
+}
+
 impl Prepared {
-    fn new(path: &Path, scene: Scene) -> Prepared {
-        Prepared::with(path, scene, &|_| ())
+    fn new(path: &Path, scene: Scene, assets: &mut Assets) -> Prepared {
+        Prepared::with(path, scene, assets, &|_| ())
     }
 
     /// `change` is made to each object's parameters.
-    fn with(path: &Path, mut scene: Scene, change: &dyn Fn(&mut Object)) -> Prepared {
+    fn with(
+        path: &Path,
+        mut scene: Scene,
+        assets: &mut Assets,
+        change: &dyn Fn(&mut Object),
+    ) -> Prepared {
         scene.size = SIZE;
-        let mut scene = prepare(&scene, &|_| ()).unwrap();
+        let mut scene = prepare_with(&scene, assets, &|_| ()).unwrap();
         scene.make_all_prisms();
         for object in &mut scene.objects {
             change(&mut object.parameters);
@@ -102,15 +114,16 @@ fn unlit(mut scene: Scene) -> Scene {
 
 /// The scenes of `assets/`, without materials and lights. Each is drawn as it is and in two of
 /// [`WAYS`], which follow each other from scene to scene; in all of them if long tests are requested.
-static SCENES: LazyLock<Vec<Prepared>> = LazyLock::new(|| {
-    let mut all = Vec::new();
-    for (number, path) in scenes().into_iter().enumerate() {
+static SCENES: LazyLock<Vec<Drawn>> = LazyLock::new(|| {
+    let drawn = |(number, path): (usize, PathBuf)| {
+        let mut all = Vec::new();
+        let mut assets = Assets::default();
         let load = || unlit(Scene::load(&path).unwrap());
-        all.push(Prepared::new(&path, load()));
+        all.push(Prepared::new(&path, load(), &mut assets));
         let ways = WAYS.into_iter().cycle().skip(2 * number);
         let count = if is_long() { WAYS.len() } else { 2 };
         for (tier, search, self_shadow) in ways.take(count) {
-            let mut other = Prepared::with(&path, load(), &|parameters| {
+            let mut other = Prepared::with(&path, load(), &mut assets, &|parameters| {
                 // Neither draws layers.
                 let has_layers = search == SEARCH_EXTRUSION || search == SEARCH_PRISMS;
                 if parameters.profile == LAYERED && !has_layers {
@@ -127,8 +140,13 @@ static SCENES: LazyLock<Vec<Prepared>> = LazyLock::new(|| {
             other.name += &format!(", tier {tier}, search {search}, self-shadow {self_shadow}");
             all.push(other);
         }
-    }
-    all
+        all.into_iter().map(|prepared| Drawn {
+            picture: Picture::of_renderer(&prepared),
+            prepared,
+        })
+    };
+    let paths = scenes().into_par_iter().enumerate();
+    paths.flat_map_iter(drawn).collect()
 });
 
 /// A picture's words: colours and classes, places, surfaces, as of `relievo::render`.
@@ -297,12 +315,13 @@ renderer!(fused);
 
 type Render = fn(&Prepared) -> Picture;
 
-/// Number of words of each scene that differ from [`Mode::Exact`].
+/// Number of words of each scene that differ from the renderer's, which are those of [`Mode::Exact`]
+/// (`exact_operations_draw_what_the_renderer_draws`).
 fn different_words(render: Render, mode: Mode) -> Vec<usize> {
-    let different = |prepared: &Prepared| {
-        let changed = with_mode(mode, || render(prepared));
-        let different = render(prepared).different_words(&changed);
-        let (name, words) = (&prepared.name, changed.words());
+    let different = |drawn: &Drawn| {
+        let changed = with_mode(mode, || render(&drawn.prepared));
+        let different = drawn.picture.different_words(&changed);
+        let (name, words) = (&drawn.prepared.name, changed.words());
         println!("{mode:?}, {name}: {different} of {words} words differ");
         different
     };
@@ -318,12 +337,11 @@ fn assert_caught(different: &[usize]) {
 /// Control: rewriting changes nothing, nor does correcting right results.
 #[test]
 fn exact_operations_draw_what_the_renderer_draws() {
-    for prepared in SCENES.iter() {
-        let expected = Picture::of_renderer(prepared);
-        let covered = expected.0.iter().filter(|pixel| pixel[0][3] != 0).count();
+    for Drawn { prepared, picture } in SCENES.iter() {
+        let covered = picture.0.iter().filter(|pixel| pixel[0][3] != 0).count();
         assert!(covered > 500, "{}: {covered} pixels", prepared.name);
         for render in [native::render, corrected::render, fused::render] {
-            let different = render(prepared).different_words(&expected);
+            let different = render(prepared).different_words(picture);
             assert_eq!(different, 0, "{}", prepared.name);
         }
     }
@@ -379,7 +397,8 @@ fn tiny() -> Prepared {
         asset("patterns/letters.png"),
     );
     let path = Path::new("tiny.toml");
-    Prepared::new(path, Scene::parse(&text, path).unwrap())
+    let scene = Scene::parse(&text, path).unwrap();
+    Prepared::new(path, scene, &mut Assets::default())
 }
 
 #[test]
@@ -422,16 +441,18 @@ fn assert_contract<'a>(scenes: impl Iterator<Item = &'a Prepared>) {
 
 #[test]
 fn the_values_of_every_scene_keep_the_contract() {
-    assert_contract(SCENES.iter());
+    assert_contract(SCENES.iter().map(|drawn| &drawn.prepared));
 }
 
 #[test]
 fn the_values_of_real_meshes_keep_the_contract() {
     for (_, path) in real::named_meshes() {
+        let mut assets = Assets::default();
         for tier in [Tier::Planar, Tier::Fast, Tier::Accurate] {
             for view in 0..real::VIEWS.len() {
                 let scene = real::scene(&path, tier, view, SIZE);
-                assert_contract(std::iter::once(&Prepared::new(&path, scene)));
+                let prepared = Prepared::new(&path, scene, &mut assets);
+                assert_contract(std::iter::once(&prepared));
             }
         }
     }
