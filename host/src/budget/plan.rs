@@ -108,7 +108,7 @@ fn plan_loaded(
         let map = loaded.pattern_size(object);
         let mut make = |object: &SceneObject| loaded.again(prepared, object);
         let (plan, drawn) = plan_object(object, budget, metrics, map, &planned.scene, &mut make)?;
-        tracing::info!("{:?}: {plan}", object.name);
+        log::info!("{:?}: {plan}", object.name);
         planned.plans[index] = Some(plan);
         planned.scene.objects[index] = drawn;
     }

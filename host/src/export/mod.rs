@@ -98,7 +98,7 @@ pub fn contents(files: &[ExportedFile]) -> impl Iterator<Item = (&str, &[u8])> +
 /// shape map cannot be written.
 pub fn export(scene: &PreparedScene, options: &Options) -> Result<Vec<ExportedFile>, ExportError> {
     if scene.lighting.is_some() {
-        tracing::warn!(
+        log::warn!(
             "materials, lights and environment are not exported: the shaders have the colours of [object.material] and one directional light"
         );
     }

@@ -152,12 +152,12 @@ impl MeshMaterials {
     /// Tells of what is not used and what could not be read.
     pub fn warn(&self, source: &MeshSource) {
         for problem in &self.problems {
-            tracing::warn!("the mesh `{source}`: {problem}");
+            log::warn!("the mesh `{source}`: {problem}");
         }
         for (what, materials) in &self.unused {
             let names: Vec<String> = materials.iter().map(|name| format!("{name:?}")).collect();
             let names = listed(&names);
-            tracing::warn!("the mesh `{source}`: not used: {what} (materials {names})");
+            log::warn!("the mesh `{source}`: not used: {what} (materials {names})");
         }
     }
 }

@@ -117,7 +117,11 @@ pub(super) fn prepare(
         smallest_curvature: curvatures().fold(f64::INFINITY, f64::min),
         largest_curvature: curvatures().fold(f64::NEG_INFINITY, f64::max),
     };
-    tracing::debug!(path = %path.display(), triangles = triangles.len(), ?report, "mesh prepared");
+    log::debug!(
+        "{}: {} triangles, {report:?}",
+        path.display(),
+        triangles.len()
+    );
     let mesh = Mesh {
         bounds: Bounds::of(corners().map(|corner| corner.position)),
         position_count: corners_at

@@ -324,7 +324,7 @@ fn tell_local_depth(object: &PreparedObject) {
     let Some(local_depth) = object.local_depth else {
         return;
     };
-    tracing::warn!(
+    log::warn!(
         "object {:?}: the depth {:.6} is {local_depth}, since the mesh is too thin or too curved there",
         object.name,
         object.depth,

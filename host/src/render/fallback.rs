@@ -56,7 +56,7 @@ impl<'a> FallbackRenderer<'a> {
             Err(error) => error,
         };
         let mut cpu = Box::new(CpuRenderer::new(self.scene));
-        tracing::warn!(
+        log::warn!(
             "the GPU failed, and the {} draws instead: {error}",
             cpu.name()
         );

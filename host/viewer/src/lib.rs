@@ -332,7 +332,7 @@ impl Viewer {
     }
 
     fn complain(&mut self, message: String) {
-        tracing::warn!("{message}");
+        log::warn!("{message}");
         (self.message, self.is_wrong) = (message, true);
     }
 

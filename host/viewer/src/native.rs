@@ -156,7 +156,7 @@ impl Platform for Desktop {
             .map_err(|error| error.to_string())
             .and_then(|json| write_bytes(path, &json).map_err(|error| error.to_string()));
         if let Err(problem) = told {
-            tracing::warn!("{problem}");
+            log::warn!("{problem}");
             // Warn once only.
             self.probe = None;
         }

@@ -96,7 +96,7 @@ fn judge(number: usize, path: &Path, arguments: &AccuracyArguments) -> anyhow::R
             ("relievo-scene", loaded.scene.text.as_str()),
         ];
         truth.picture(&words).save_png(&file, &comments)?;
-        tracing::info!("{}", file.display());
+        log::info!("{}", file.display());
     }
     Ok(SceneReport {
         scene: path.to_path_buf(),

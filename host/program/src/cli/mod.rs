@@ -24,11 +24,11 @@ use anyhow::Context;
 use clap::error::ErrorKind;
 use clap::{CommandFactory, Parser, Subcommand, ValueEnum};
 use job::{PlanArguments, Work};
+use log::{LevelFilter, Log, Metadata, Record};
 use std::fmt;
 use std::io::{self, Write};
 use std::ops::Range;
 use std::process::ExitCode;
-use tracing::Level;
 
 /// Carve patterns into meshes, outline included, without one extra triangle.
 #[derive(Parser)]
@@ -104,17 +104,12 @@ pub enum Backend {
 
 /// Runs the command, prints errors, and returns the exit code.
 pub fn run(arguments: Arguments) -> ExitCode {
-    let level = match arguments.verbose {
-        0 => Level::WARN,
-        1 => Level::INFO,
-        _ => Level::DEBUG,
-    };
-    tracing_subscriber::fmt()
-        .with_max_level(level)
-        .with_writer(std::io::stderr)
-        .without_time()
-        .with_target(false)
-        .init();
+    log::set_max_level(match arguments.verbose {
+        0 => LevelFilter::Warn,
+        1 => LevelFilter::Info,
+        _ => LevelFilter::Debug,
+    });
+    log::set_logger(&StandardError).expect("nothing else logs");
     interrupt::watch();
     let result = match arguments.command.task() {
         Ok(Task::Pieces(work, plan)) => job::run(work.as_ref(), &plan),
@@ -132,6 +127,22 @@ pub fn run(arguments: Arguments) -> ExitCode {
             ExitCode::from(if machine { 3 } else { 1 })
         }
     }
+}
+
+/// Writes messages to standard error.
+struct StandardError;
+
+impl Log for StandardError {
+    fn enabled(&self, _: &Metadata<'_>) -> bool {
+        true
+    }
+
+    fn log(&self, record: &Record<'_>) {
+        // It may be closed.
+        let _ = writeln!(io::stderr(), "{:>5} {}", record.level(), record.args());
+    }
+
+    fn flush(&self) {}
 }
 
 /// What a command does.

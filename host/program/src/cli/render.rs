@@ -134,7 +134,7 @@ pub(super) fn draw(
     let factor = prepared.supersampling;
     let start = Instant::now();
     let words = renderer.color(&finer(&view.frame, factor))?;
-    tracing::info!("rendered in {:.3} s", start.elapsed().as_secs_f64());
+    log::info!("rendered in {:.3} s", start.elapsed().as_secs_f64());
     Ok(Picture::develop(&words, factor, &prepared.development)?)
 }
 

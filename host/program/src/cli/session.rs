@@ -62,7 +62,7 @@ fn load_by(
         scene: prepared,
         plans,
     } = plan(&scene, &|step| bar.step(&step))?;
-    tracing::info!(
+    log::info!(
         "{}: {} triangles in {} objects, prepared in {:.3} s",
         path.display(),
         prepared.triangle_count(),
@@ -101,7 +101,7 @@ pub fn say_plans(loaded: &Loaded) -> anyhow::Result<()> {
         if let Some(plan) = plan {
             say(format_args!("object {:?}, {plan}", object.name))?;
             if let Promise::Doubtful(reason) = &plan.promise {
-                tracing::warn!(
+                log::warn!(
                     "object {:?}: an error within {} px cannot be promised: {reason}",
                     object.name,
                     plan.budget
@@ -154,7 +154,7 @@ pub fn choose_renderer<'a>(
             }
             Err(error @ RenderError::TimeLimit { .. }) => Err(error),
             Err(error) => {
-                tracing::warn!("the GPU cannot render this; the CPU does instead: {error}");
+                log::warn!("the GPU cannot render this; the CPU does instead: {error}");
                 Ok(cpu("the GPU cannot render this"))
             }
         },

@@ -93,7 +93,7 @@ pub(super) fn parts(document: &Document) -> Result<Vec<Part<'_>>, Problem> {
         left[first_child..].reverse();
     }
     if is_posed {
-        tracing::warn!("a mesh with bones or morph targets is loaded in its rest pose");
+        log::warn!("a mesh with bones or morph targets is loaded in its rest pose");
     }
     Ok(parts)
 }

@@ -57,7 +57,7 @@ impl<'a> OfMeshes<'a> {
             });
         }
         if object.projection.is_some() && !read.pictures.is_empty() {
-            tracing::warn!(
+            log::warn!(
                 "object {:?}: pictures of the materials of its mesh follow its projection, not the mesh's own texture coordinates",
                 object.name
             );
@@ -78,7 +78,7 @@ impl<'a> OfMeshes<'a> {
                         let loaded = pictures.load_from(files, &path, encoding, words, account);
                         match loaded {
                             Err(Error::ShapeMap(error @ ShapeMapError::DecodeImage { .. })) => {
-                                tracing::warn!("{error}; drawn without");
+                                log::warn!("{error}; drawn without");
                                 Ok(Image::default())
                             }
                             loaded => loaded,

@@ -173,7 +173,7 @@ fn trusted(device: &str, signature: &Signature) -> Shaders {
     } else if Shaders::Exact.suit(signature) {
         Shaders::Exact
     } else {
-        tracing::warn!(
+        log::warn!(
             "{device} is not exact, its words may differ from the CPU's, and the fast shaders are used: {}",
             signature.describe()
         );

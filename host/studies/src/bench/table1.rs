@@ -87,7 +87,7 @@ pub fn measure(
                 Some(run) => run.rows.extend(measured.rows),
             }
         }
-        tracing::info!("{} of {} shape maps done", row_number + 1, ROWS.len());
+        log::info!("{} of {} shape maps done", row_number + 1, ROWS.len());
     }
     Ok(Table1 { size, frames, runs })
 }

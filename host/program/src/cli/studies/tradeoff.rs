@@ -109,7 +109,7 @@ impl Sweep {
             Err(Error::Measurements { problem, .. })
                 if shard.count > 1 && !problem.starts_with(Store::LOCKED) =>
             {
-                tracing::warn!("measured anew: what is there {problem}");
+                log::warn!("measured anew: what is there {problem}");
                 Store::open(folder, &header, true)?
             }
             opened => opened?,
