@@ -20,7 +20,7 @@ impl<K, V> Default for Memo<K, V> {
 
 impl<K: PartialEq, V> Memo<K, V> {
     /// Returns it for the next scene, without what this one did not use.
-    pub fn for_next(self) -> Memo<K, V> {
+    pub(super) fn for_next(self) -> Memo<K, V> {
         Memo {
             used: Vec::new(),
             before: self.used,
@@ -28,7 +28,7 @@ impl<K: PartialEq, V> Memo<K, V> {
     }
 
     /// Returns the value that was made from `key`.
-    pub fn get(&mut self, key: &K) -> Option<Arc<V>> {
+    pub(super) fn get(&mut self, key: &K) -> Option<Arc<V>> {
         let is_it = |(known, _): &(K, Arc<V>)| known == key;
         if let Some((_, value)) = self.used.iter().find(|known| is_it(known)) {
             return Some(value.clone());
@@ -41,7 +41,7 @@ impl<K: PartialEq, V> Memo<K, V> {
     }
 
     /// Keeps `value`, which was made from `key`.
-    pub fn insert(&mut self, key: K, value: V) -> Arc<V> {
+    pub(super) fn insert(&mut self, key: K, value: V) -> Arc<V> {
         let value = Arc::new(value);
         self.used.push((key, value.clone()));
         value
@@ -49,7 +49,7 @@ impl<K: PartialEq, V> Memo<K, V> {
 }
 
 /// A thing that is equal to itself only.
-pub(super) struct Same<T>(pub Arc<T>);
+pub(super) struct Same<T>(pub(super) Arc<T>);
 
 impl<T> PartialEq for Same<T> {
     fn eq(&self, other: &Same<T>) -> bool {
