@@ -1,6 +1,6 @@
 //! The environment: irradiance as spherical harmonics, and levels of growing roughness.
 
-use super::Bakes;
+use super::super::memo::Memo;
 use super::pictures::{Encoding, halve, linear};
 use crate::Error;
 use crate::limits::Account;
@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use relievo_shared::gbuffer::octahedral_fold;
 use relievo_shared::shading::Lighting;
 use std::f64::consts::PI;
+use std::path::PathBuf;
 
 /// Side of the first level, texels, and of that of even light.
 const SIDES: [u32; 2] = [256, 16];
@@ -38,7 +39,7 @@ pub(super) struct Surroundings {
 pub(super) fn bake(
     scene: &Scene,
     environment: &Environment,
-    bakes: &mut Bakes,
+    known: &mut Memo<Option<(PathBuf, f64)>, Surroundings>,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
 ) -> Result<Lighting, Error> {
@@ -51,11 +52,11 @@ pub(super) fn bake(
     }
     let image = environment.image.as_ref();
     let key = image.map(|path| (path.clone(), environment.turn));
-    let baked = match (bakes.environments.get(&key), image) {
-        (Some(known), _) => known,
+    let baked = match (known.get(&key), image) {
+        (Some(baked), _) => baked,
         (None, None) => {
             let even = baked_environment(SIDES[1], &|_, _| DVec3::ONE);
-            bakes.environments.insert(key, even)
+            known.insert(key, even)
         }
         (None, Some(path)) => {
             let max_pixels = scene.limits.pixels.min(account.left(PIXEL));
@@ -65,7 +66,7 @@ pub(super) fn bake(
             let picture = Panorama::new(linear(picture, Encoding::Color), environment.turn);
             let light = |direction: DVec3, width: f64| picture.light(direction, width);
             let baked = baked_environment(SIDES[0], &light);
-            bakes.environments.insert(key, baked)
+            known.insert(key, baked)
         }
     };
     let first = words.len() as u32;

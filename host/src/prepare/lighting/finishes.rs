@@ -4,7 +4,7 @@ use super::super::layers::{Described, described, material_slots};
 use super::super::memo::{Memo, Same};
 use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
-use super::Bakes;
+use super::bakes::Bakes;
 use super::cells::{Cells, cells};
 use super::chart::{self, Chart};
 use super::of_meshes::OfMeshes;

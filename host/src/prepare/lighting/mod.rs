@@ -10,8 +10,10 @@
 //! of_meshes     materials of mesh files
 //! cells         pattern → its connected pieces
 //! chart         pattern → what it is on average
+//! bakes         pictures, environment, cells and charts, kept for the next scene
 //! ```
 
+mod bakes;
 mod cells;
 mod chart;
 mod environment;
@@ -21,47 +23,17 @@ mod of_meshes;
 mod pictures;
 mod reflectance;
 
+pub(super) use bakes::Bakes;
+
 use super::lit::PreparedLighting;
-use super::memo::{Memo, Same};
 use super::prepared::PreparedObject;
 use super::sources::{environment_of, lights_of};
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::Bounds;
 use crate::scene::Scene;
-use crate::shape_map::ShapeMap;
-use cells::Cells;
-use chart::Chart;
-use environment::Surroundings;
-use pictures::{Encoding, Levels};
 use reflectance::reflectance;
 use relievo_shared::shading::Lighting;
-use std::path::PathBuf;
-
-/// What is baked of files and patterns, each once for a scene and those after it.
-#[derive(Default)]
-pub(super) struct Bakes {
-    /// By file and meaning.
-    pictures: Memo<(PathBuf, Encoding), Levels>,
-    /// By map.
-    cells: Memo<Same<ShapeMap>, Cells>,
-    /// By map, and by the distance that the pattern reaches to, texels.
-    charts: Memo<(Same<ShapeMap>, f32), Chart>,
-    /// By file and degrees that it is turned by; `None` is even light.
-    environments: Memo<Option<(PathBuf, f64)>, Surroundings>,
-}
-
-impl Bakes {
-    /// Returns them for the next scene, without those that this one did not use.
-    pub(super) fn for_next(self) -> Bakes {
-        Bakes {
-            pictures: self.pictures.for_next(),
-            cells: self.cells.for_next(),
-            charts: self.charts.for_next(),
-            environments: self.environments.for_next(),
-        }
-    }
-}
 
 /// Prepares the lighting of `scene`, and numbers the materials of `objects`.
 pub(super) fn prepare_lighting(
@@ -75,7 +47,13 @@ pub(super) fn prepare_lighting(
     let mut words = reflectance();
     let (finishes, facets) = finishes::finishes(scene, objects, bakes, &mut words, account)?;
     let environment = environment_of(scene);
-    let baked = environment::bake(scene, &environment, bakes, &mut words, account)?;
+    let baked = environment::bake(
+        scene,
+        &environment,
+        &mut bakes.environments,
+        &mut words,
+        account,
+    )?;
     let sources = lights_of(scene);
     let lights = lights::lights(&sources, bounds, words.len(), account)?;
     Ok(PreparedLighting {

@@ -465,7 +465,7 @@ fn objects_that_differ_by_their_place_share_their_materials() {
 
 /// Returns the mean linear RGB of a plate with `pattern`, 64 times along each side, whose grooves are
 /// half as deep as the pattern is wide and grow by `bevel` of its width, seen from `elevation` degrees
-/// above it: from one sample with smooth edges in each of 8 × 8 pixels, and from 32 times as many
+/// above it: from one sample with smooth edges in each of 8 × 8 pixels, and from 64 times as many
 /// along each side.
 fn far_plate(pattern: &Pattern, bevel: f64, elevation: f64, light: &LightSource) -> [[f64; 3]; 2] {
     let (sine, cosine) = elevation.to_radians().sin_cos();
@@ -504,7 +504,7 @@ fn far_plate(pattern: &Pattern, bevel: f64, elevation: f64, light: &LightSource)
         scene.smooth_edges = is_smooth;
         scene
     };
-    [(8, true), (256, false)].map(|(side, is_smooth)| {
+    [(8, true), (512, false)].map(|(side, is_smooth)| {
         let (_, words) = colors(&scene(side, is_smooth));
         let mut sum = [0.0; 3];
         for pixel in &words.words {
