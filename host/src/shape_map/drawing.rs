@@ -26,15 +26,14 @@ const BEGINNINGS: [&[u8]; 4] = [b"<?xml", b"<svg", b"<!--", b"<!DOCTYPE"];
 
 /// Returns whether a file is an SVG drawing, by its extension or its first
 /// bytes, and rewinds `input`.
-pub(super) fn is_drawing(input: &mut impl Input, path: &Path) -> Result<bool, ShapeMapError> {
+pub(super) fn is_drawing(input: &mut dyn Input, path: &Path) -> Result<bool, ShapeMapError> {
     if path.extension().is_some_and(|extension| {
         extension.eq_ignore_ascii_case("svg") || extension.eq_ignore_ascii_case("svgz")
     }) {
         return Ok(true);
     }
     let mut start = Vec::new();
-    input
-        .by_ref()
+    (&mut *input)
         .take(256)
         .read_to_end(&mut start)
         .and_then(|_| input.rewind())

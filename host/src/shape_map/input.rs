@@ -7,7 +7,8 @@ use crate::files::Opened;
 use std::io::{BufRead, Seek};
 use std::path::Path;
 
-/// The bytes of an image file.
+/// The bytes of an image file. Readers take `&mut dyn Input`: decoders are large, and are
+/// compiled once.
 pub(super) trait Input: BufRead + Seek {}
 
 impl<T: BufRead + Seek> Input for T {}

@@ -81,7 +81,11 @@ impl Pattern {
         path: &Path,
         options: &PatternOptions,
     ) -> Result<Self, ShapeMapError> {
-        Self::read(open_within(files, path, options.max_pixels)?, path, options)
+        Self::read(
+            &mut open_within(files, path, options.max_pixels)?,
+            path,
+            options,
+        )
     }
 
     /// Like [`Pattern::load`], from the bytes of a file; `path` is named in errors
@@ -94,7 +98,7 @@ impl Pattern {
         path: &Path,
         options: &PatternOptions,
     ) -> Result<Self, ShapeMapError> {
-        Self::read(Cursor::new(bytes), path, options)
+        Self::read(&mut Cursor::new(bytes), path, options)
     }
 
     /// Returns whether a file is an SVG drawing, which has no pixels of its own.
@@ -106,11 +110,11 @@ impl Pattern {
     }
 
     fn read(
-        mut input: impl Input,
+        input: &mut dyn Input,
         path: &Path,
         options: &PatternOptions,
     ) -> Result<Self, ShapeMapError> {
-        let image = if is_drawing(&mut input, path)? {
+        let image = if is_drawing(input, path)? {
             draw(input, path, options.raster, options.max_pixels)?.into()
         } else {
             decode_image(input, path, options.max_pixels)?
@@ -262,7 +266,7 @@ fn checked_count(width: u32, height: u32) -> Result<u64, ShapeMapError> {
 
 /// Decodes an image after checking its size.
 pub(super) fn decode_image(
-    mut input: impl Input,
+    input: &mut dyn Input,
     path: &Path,
     max_pixels: u64,
 ) -> Result<DynamicImage, ShapeMapError> {
@@ -276,7 +280,7 @@ pub(super) fn decode_image(
     };
     // The PNG decoder reads up to the pixels before it returns the size, and takes
     // its limits before that.
-    let header = png::Decoder::new(&mut input)
+    let header = png::Decoder::new(&mut *input)
         .read_header_info()
         .map_or([0; 2], |header| [header.width, header.height]);
     if header != [0; 2] {

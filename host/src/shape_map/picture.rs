@@ -31,14 +31,14 @@ pub(crate) fn load_picture(
     };
     let is_exr = input.fill_buf().map_err(read_error)?.starts_with(&EXR);
     if is_exr {
-        decode_exr(input, path, max_pixels)
+        decode_exr(&mut input, path, max_pixels)
     } else {
-        decode_image(input, path, max_pixels)
+        decode_image(&mut input, path, max_pixels)
     }
 }
 
 fn decode_exr(
-    input: impl Input,
+    input: &mut dyn Input,
     path: &Path,
     max_pixels: u64,
 ) -> Result<DynamicImage, ShapeMapError> {

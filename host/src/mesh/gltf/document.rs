@@ -95,7 +95,7 @@ fn split(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Problem> {
 
 /// Parses the description and checks what the `gltf` crate relies on.
 fn document(json: &[u8]) -> Result<Document, Problem> {
-    let mut root: Root = gltf::json::deserialize::from_slice(json)
+    let mut root = Root::from_slice(json)
         .map_err(|error| format!("is not a glTF 2.0 file ({error}); export it again"))?;
     let is_decoded = |name: &str| name == draco::NAME || meshopt::NAMES.contains(&name);
     if let Some(name) = root

@@ -52,7 +52,7 @@ pub(super) fn write(map: &ShapeMap, path: &Path, output: impl Write + Seek) -> R
 
 /// Reads a map of at most `max_pixels` texels; `path` is named in errors only.
 pub(super) fn read(
-    input: impl Input,
+    input: &mut dyn Input,
     path: &Path,
     max_pixels: u64,
 ) -> Result<ShapeMap, ShapeMapError> {
@@ -105,7 +105,7 @@ pub(super) fn read(
 }
 
 /// Returns whether the file is an OpenEXR file with a description.
-pub(super) fn is_described(input: impl Input) -> bool {
+pub(super) fn is_described(input: &mut dyn Input) -> bool {
     let reader = Reader::read_from_buffered(input, false);
     reader.is_ok_and(|reader| matches!(reader.headers(), [header] if text(header).is_some()))
 }

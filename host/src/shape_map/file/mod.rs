@@ -89,7 +89,7 @@ impl ShapeMap {
     /// # Errors
     /// As for [`ShapeMap::load_within`].
     pub fn load_from(files: &Files, path: &Path, max_pixels: u64) -> Result<Self, ShapeMapError> {
-        Self::read(open_within(files, path, max_pixels)?, path, max_pixels)
+        Self::read(&mut open_within(files, path, max_pixels)?, path, max_pixels)
     }
 
     /// Like [`ShapeMap::load_within`], from the bytes of a file; `path` is named in
@@ -98,11 +98,11 @@ impl ShapeMap {
     /// # Errors
     /// As for [`ShapeMap::load_within`].
     pub fn from_bytes(bytes: &[u8], path: &Path, max_pixels: u64) -> Result<Self, ShapeMapError> {
-        Self::read(Cursor::new(bytes), path, max_pixels)
+        Self::read(&mut Cursor::new(bytes), path, max_pixels)
     }
 
-    fn read(mut input: impl Input, path: &Path, max_pixels: u64) -> Result<Self, ShapeMapError> {
-        let map = if is_exr(&mut input, path)? {
+    fn read(input: &mut dyn Input, path: &Path, max_pixels: u64) -> Result<Self, ShapeMapError> {
+        let map = if is_exr(input, path)? {
             exr::read(input, path, max_pixels)
         } else {
             png::read(input, path, max_pixels)
@@ -131,18 +131,17 @@ impl ShapeMap {
     pub fn is_shape_map_of(files: &Files, path: &Path) -> Result<bool, ShapeMapError> {
         let mut input = open(files, path)?;
         Ok(if is_exr(&mut input, path)? {
-            exr::is_described(input)
+            exr::is_described(&mut input)
         } else {
-            png::is_described(input)
+            png::is_described(&mut input)
         })
     }
 }
 
 /// Returns whether a file starts with the signature of OpenEXR, and rewinds it.
-fn is_exr(input: &mut impl Input, path: &Path) -> Result<bool, ShapeMapError> {
+fn is_exr(input: &mut dyn Input, path: &Path) -> Result<bool, ShapeMapError> {
     let mut start = Vec::new();
-    input
-        .by_ref()
+    (&mut *input)
         .take(magic_number::BYTES.len() as u64)
         .read_to_end(&mut start)
         .and_then(|_| input.rewind())

@@ -65,7 +65,7 @@ fn swapped([a, b, c, d]: [u8; 4], depth: BitDepth) -> [u8; 4] {
 
 /// Reads a map of at most `max_pixels` texels; `path` is named in errors only.
 pub(super) fn read(
-    input: impl Input,
+    input: &mut dyn Input,
     path: &Path,
     max_pixels: u64,
 ) -> Result<ShapeMap, ShapeMapError> {
@@ -112,12 +112,12 @@ pub(super) fn read(
 }
 
 /// Returns whether the file is a PNG with a description.
-pub(super) fn is_described(input: impl Input) -> bool {
+pub(super) fn is_described(input: &mut dyn Input) -> bool {
     let reader = decoder(input).read_info();
     reader.is_ok_and(|reader| text(reader.info()).is_some())
 }
 
-fn decoder<R: Input>(input: R) -> png::Decoder<R> {
+fn decoder(input: &mut dyn Input) -> png::Decoder<&mut dyn Input> {
     // Limits the decoder's memory for chunks and one row.
     let bytes = usize::try_from(4 * MAX_PIXELS + (64 << 20)).unwrap_or(usize::MAX);
     let mut decoder = png::Decoder::new_with_limits(input, png::Limits { bytes });
