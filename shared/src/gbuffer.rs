@@ -336,15 +336,22 @@ impl Sample {
         }
     }
 
+    /// Returns the hit of the words of [`words`], which knows the mesh, but for the tangent and what
+    /// is mirrored of a side.
+    #[inline(always)]
+    pub fn at_depth_on_mesh(place: UVec4, surface: UVec4) -> Sample {
+        const DEPTH_STEP: Real = 1.0 / 1_023.0;
+        let depth = place.w & ((1 << TURN) - 1);
+        Sample {
+            depth_fraction: depth as i32 as Real * DEPTH_STEP,
+            ..Sample::from_words(place, surface)
+        }
+    }
+
     /// Returns the hit of the words of [`words`], which knows the mesh; zeros are a miss.
     #[inline(always)]
     pub fn on_mesh(place: UVec4, surface: UVec4) -> Sample {
-        const DEPTH_STEP: Real = 1.0 / 1_023.0;
-        let depth = place.w & ((1 << TURN) - 1);
-        let found = Sample {
-            depth_fraction: depth as i32 as Real * DEPTH_STEP,
-            ..Sample::from_words(place, surface)
-        };
+        let found = Sample::at_depth_on_mesh(place, surface);
         if is_side(found.class) {
             // The normal of the mesh is in place of the tangent.
             let mesh = MeshFrame::from_words(place, surface);

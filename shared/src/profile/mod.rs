@@ -327,9 +327,20 @@ pub fn grows(object: &Object) -> bool {
     object.bevel != 0.0
 }
 
-/// Returns how far the pattern of `object` grows from cap to floor, widths of the map.
-pub fn growth(object: &Object) -> Real {
-    object.bevel * object.chamfer
+/// Returns how far the pattern of `object` grows from cap to floor, widths and heights of the map.
+pub fn growth(object: &Object) -> [Real; 2] {
+    let [width, height] = object.map_size;
+    let along_u = object.bevel * object.chamfer;
+    [along_u, div(along_u * width, height)]
+}
+
+/// Returns δ at which a straight bevel ends; 0 without one.
+pub fn rim(object: &Object) -> Real {
+    if object.profile == STRAIGHT && grows(object) {
+        object.chamfer
+    } else {
+        0.0
+    }
 }
 
 /// Returns whether the pattern of `object` grows along at least half of a side.

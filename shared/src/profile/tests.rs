@@ -162,3 +162,20 @@ fn techniques_have_profiles_of_the_list() {
         assert!(bevel >= 0.0 && (0.0..=1.0).contains(&chamfer) && technique.parts > 0);
     }
 }
+
+#[test]
+fn growth_and_rim_are_those_of_the_radius() {
+    let object = |profile, bevel, chamfer| Object {
+        map_size: [40.0, 10.0],
+        profile,
+        bevel,
+        chamfer,
+        ..Object::default()
+    };
+    // 2 texels, of 40 and of 10.
+    let [u, v] = growth(&object(STRAIGHT, 0.1, 0.5));
+    assert!((u - 0.05).abs() < 1e-6 && (v - 0.2).abs() < 1e-6, "{u} {v}");
+    assert_eq!(rim(&object(STRAIGHT, 0.1, 0.5)), 0.5);
+    assert_eq!(rim(&object(STRAIGHT, 0.0, 0.5)), 0.0);
+    assert_eq!(rim(&object(STRAIGHT + 1, 0.1, 0.5)), 0.0);
+}

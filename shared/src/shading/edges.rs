@@ -3,20 +3,24 @@
 //!
 //! The surfaces that two neighbours hit end somewhere between the centres of their pixels: at the
 //! [edge](crate::edge) that one of them knows; else where their tangent planes meet; else, if one
-//! hides the other, where the nearer one turns away from the eye.
+//! hides the other, where the nearer one turns away from the eye. On a side, what is known of its edge
+//! at the cap tells where its bevel or its wall ends, too; and on a cap, where the side below its edge
+//! ends.
 //!
 //! A pixel is divided along one axis, that along which less of it is its own: an edge that
 //! crosses both meets the other one at a flatter angle.
 
+pub(super) mod pixel;
+
 use super::Tables;
 use super::material::finish_of;
-use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
-use crate::camera::through;
+use crate::arithmetic::{abs, clamp, div, kept3, max, min, normalize_or, sqrt};
 use crate::gbuffer::{Hits, MeshFrame, Sample};
 use crate::layout::{Frame, vec3};
-use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
+use crate::normals::{CLASS_CAP, CLASS_FLOOR};
 use crate::{Real, Vec2, Vec3};
 use glam::IVec2;
+use pixel::{Pixel, STEP, growth};
 
 /// How a pixel is divided; the rest is its own.
 #[derive(Clone, Copy, Debug)]
@@ -36,19 +40,9 @@ pub struct Division {
 /// A side between a pixel and a neighbour.
 #[derive(Clone, Copy, Debug)]
 struct Between {
-    /// Where the neighbour is.
-    step: IVec2,
+    /// Which neighbour: see [`step_of`].
+    which: u32,
     ends: Ends,
-}
-
-/// A pixel with what it hits.
-#[derive(Clone, Copy)]
-struct Pixel {
-    /// Direction of its ray, whose part along the view axis is 1.
-    ray: Vec3,
-    hit: Sample,
-    /// Distance along the view axis.
-    depth: Real,
 }
 
 /// Where two surfaces end, pixels from the centre of one towards that of the other.
@@ -73,99 +67,12 @@ const NONE: Ends = Ends {
     own: 1.0,
     other: 1.0,
 };
-/// Place of an edge that is beyond the other centre.
-const BEYOND: Real = 2.0;
-/// Step in depth that makes an edge, widths of a pixel.
-const STEP: Real = 0.3;
 /// Steps of a share in its code.
 const SHARES: Real = 510.0;
 /// Places of the codes of `before` and `after` above the class, and the flag `is_down`.
 const BEFORE: u32 = 8;
 const AFTER: u32 = 16;
 const IS_DOWN: u32 = 1 << 24;
-
-impl Pixel {
-    // As the functions of `Hits`.
-    #[inline(always)]
-    fn new<H: Hits + ?Sized>(frame: &Frame, hits: &H, at: IVec2) -> Pixel {
-        let within = |x: i32, size: Real| {
-            let last = size as i32 - 1;
-            let x = if x < last { x } else { last };
-            if x > 0 { x } else { 0 }
-        };
-        let (x, y) = (within(at.x, frame.size[0]), within(at.y, frame.size[1]));
-        let hit = hits.sample(x as u32, y as u32);
-        let ray = through(frame, x as Real, y as Real);
-        Pixel {
-            ray,
-            hit,
-            depth: max(div(hit.t, sqrt(ray.dot(ray))), 1e-18),
-        }
-    }
-
-    #[inline]
-    fn is_hit(&self) -> bool {
-        self.hit.class != CLASS_MISS
-    }
-
-    /// Returns the normal's part along the ray, which points against it.
-    #[inline]
-    fn facing(&self) -> Real {
-        min(kept(self.hit.normal.dot(self.ray)), -1e-3)
-    }
-
-    /// Returns 1 / distance along the view axis, and its change on the tangent plane where the
-    /// ray changes by `along`: both are even on planes.
-    #[inline]
-    fn inverse(&self, along: Vec3) -> (Real, Real) {
-        let inverse = div(1.0, self.depth);
-        let rate = div(kept(self.hit.normal.dot(along)), self.facing());
-        (inverse, kept(rate * inverse))
-    }
-
-    /// Returns how far above the tangent plane that is which `other` hits.
-    #[inline]
-    fn height_of(&self, other: &Pixel) -> Real {
-        let way = kept3(other.ray * other.depth - self.ray * self.depth);
-        kept(self.hit.normal.dot(way))
-    }
-
-    /// Returns whether the tangent plane leads to what `other` hits, where a pixel is `pixel`
-    /// wide at distance 1.
-    #[inline]
-    fn leads_to(&self, other: &Pixel, pixel: Real) -> bool {
-        abs(self.height_of(other)) < STEP * pixel * self.depth * -self.facing()
-    }
-
-    /// Returns how far the edge is that the hit knows, pixels along `step`.
-    #[inline]
-    fn known_end(&self, step: Vec2) -> Real {
-        let edge = self.hit.edge;
-        let rate = kept(edge.direction.dot(step));
-        if self.is_hit() && edge.is_near && edge.distance < rate {
-            div(edge.distance, rate)
-        } else {
-            BEYOND
-        }
-    }
-
-    /// Returns how far it is to where the surface turns away from the eye, pixels away from
-    /// `inner`: the square of the cosine between normal and ray falls evenly.
-    #[inline]
-    fn horizon(&self, inner: &Pixel) -> Real {
-        let square = |pixel: &Pixel| {
-            let facing = pixel.facing();
-            kept(div(facing * facing, pixel.ray.dot(pixel.ray)))
-        };
-        let (own, before) = (square(self), square(inner));
-        let is_same = inner.hit.class == self.hit.class && inner.hit.finish == self.hit.finish;
-        if is_same && before > 2.0 * own {
-            div(own, before - own)
-        } else {
-            BEYOND
-        }
-    }
-}
 
 /// Returns whether `other` may be where the carving goes on beyond the edge of `even`, a cap or a
 /// floor: below the one, above the other, and by no more than its depth.
@@ -198,8 +105,8 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
     if !own.is_hit() && !other.is_hit() {
         return NONE;
     }
-    let known = own.known_end(as_vec(step));
-    let known_other = 1.0 - other.known_end(as_vec(-step));
+    let known = own.known_end(tables, as_vec(step));
+    let known_other = 1.0 - other.known_end(tables, as_vec(-step));
     let mut is_own_nearer = own.is_hit();
     if own.is_hit() && other.is_hit() {
         let (class, other_class) = (own.hit.class, other.hit.class);
@@ -214,17 +121,44 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         };
         if is_one && is_even(even.hit.class) && goes_on(tables, &even, &beyond, pixel) {
             let (mut end, mut begin) = (known, known_other);
-            // A cap hides what is behind its edge.
-            if class == CLASS_CAP && other_class == CLASS_FLOOR && end <= 1.0 {
-                begin = max(end, begin);
-            } else if class == CLASS_FLOOR && other_class == CLASS_CAP && begin >= 0.0 {
-                end = min(end, begin);
-            } else if is_even(class) && end <= 1.0 {
-                begin = end;
-            } else if is_even(other_class) && begin >= 0.0 {
-                end = begin;
+            if is_even(beyond.hit.class) {
+                let is_own_cap = class == CLASS_CAP;
+                let width = if is_own_cap {
+                    own.along(as_vec(step), own.side)
+                } else {
+                    other.along(as_vec(-step), other.side)
+                };
+                // A cap and the side below its edge hide what is behind them. Where they would hide the
+                // floor that is seen, the outline is not straight.
+                if is_own_cap {
+                    let side = if end + width <= 1.0 { width } else { 0.0 };
+                    begin = if end <= 1.0 {
+                        max(end + side, begin)
+                    } else {
+                        begin
+                    };
+                    end = min(end, begin);
+                } else {
+                    let side = if begin >= width { width } else { 0.0 };
+                    end = if begin >= 0.0 {
+                        min(begin - side, end)
+                    } else {
+                        end
+                    };
+                    begin = max(end, begin);
+                }
             } else {
-                end = BEYOND;
+                // The one that is even knows best.
+                let is_by_own = if is_even(class) {
+                    end <= 1.0
+                } else {
+                    begin < 0.0
+                };
+                if is_by_own {
+                    begin = end;
+                } else {
+                    end = begin;
+                }
             }
             if end <= 1.0 && begin >= 0.0 {
                 return Ends {
@@ -270,14 +204,16 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
     y: u32,
 ) -> Division {
     let at = IVec2::new(x as i32, y as i32);
-    let own = Pixel::new(frame, hits, at);
+    let mut own = Pixel::new(frame, hits, at);
+    // Here, and not where the neighbours are compared: there it would take registers.
+    own.side = own.width_of_side(tables, frame);
     let nothing = Division {
         is_down: false,
         before: 0.0,
         after: 0.0,
         between: 0.0,
         side: Between {
-            step: IVec2::ZERO,
+            which: 0,
             ends: NONE,
         },
     };
@@ -285,17 +221,11 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
     let mut axis = nothing;
     let mut most = 0.0;
     let mut widest = 0.0;
-    // Left, right, above and below.
     let mut which = 0;
     while which < 4 {
         let is_second = which & 1 == 1;
         let is_down = which >= 2;
-        let sign = if is_second { 1 } else { -1 };
-        let step = if is_down {
-            IVec2::new(0, sign)
-        } else {
-            IVec2::new(sign, 0)
-        };
+        let step = step_of(which);
         if !is_second {
             axis = Division { is_down, ..nothing };
             widest = 0.0;
@@ -303,7 +233,10 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
         let next = at + step;
         let size = IVec2::new(frame.size[0] as i32, frame.size[1] as i32);
         if next.x >= 0 && next.y >= 0 && next.x < size.x && next.y < size.y {
-            let other = Pixel::new(frame, hits, next);
+            let mut other = Pixel::new(frame, hits, next);
+            if own.hit.class == CLASS_FLOOR {
+                other.side = other.width_of_side(tables, frame);
+            }
             let ends = ends(tables, frame, hits, at, &own, &other, step);
             let share = max(0.5 - ends.other, 0.0);
             if is_second {
@@ -315,7 +248,7 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
             axis.between += width;
             if width > widest {
                 widest = width;
-                axis.side = Between { step, ends };
+                axis.side = Between { which, ends };
             }
         }
         let others = axis.before + axis.after + axis.between;
@@ -326,6 +259,17 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
         which += 1;
     }
     found
+}
+
+/// Returns the way to neighbour 0 to 3, which are to the left and right, above and below.
+#[inline]
+fn step_of(which: u32) -> IVec2 {
+    let sign = if which & 1 == 1 { 1 } else { -1 };
+    if which >= 2 {
+        IVec2::new(0, sign)
+    } else {
+        IVec2::new(sign, 0)
+    }
 }
 
 #[inline]
@@ -351,7 +295,8 @@ pub fn side<T: Tables + ?Sized, H: Hits + ?Sized>(
     y: u32,
     division: &Division,
 ) -> (Vec3, Sample) {
-    let Between { step, ends } = division.side;
+    let Between { which, ends } = division.side;
+    let step = step_of(which);
     let at = IVec2::new(x as i32, y as i32);
     let own = Pixel::new(frame, hits, at);
     let other = Pixel::new(frame, hits, at + step);
@@ -366,30 +311,23 @@ pub fn side<T: Tables + ?Sized, H: Hits + ?Sized>(
     let depth = 0.5 * (div(1.0, first) + div(1.0, last));
     let ray = own.ray + along * (0.5 * (ends.own + ends.other));
     let length = sqrt(ray.dot(ray));
-    let is_own_cap = own.hit.class == CLASS_CAP;
-    let cap = if is_own_cap { own } else { other };
-    // The outline lies on the cap's plane, and on the picture across the way to it.
-    let to_edge = cap.hit.edge.direction;
-    let across = vec3(frame.ray_down) * to_edge.x - vec3(frame.ray_right) * to_edge.y;
-    let on_cap = across - cap.ray * div(kept(cap.hit.normal.dot(across)), cap.facing());
-    let outline = normalize_or(kept3(on_cap), cap.hit.tangent);
-    let smooth = cap.hit.normal;
-    let upright = normalize_or(kept3(outline.cross(smooth)), smooth);
-    // Its front is seen.
-    let upright = if kept(upright.dot(ray)) > 0.0 {
-        -upright
+    let even = if own.hit.class == CLASS_CAP {
+        own
     } else {
-        upright
+        other
     };
-    let finish = tables.finish(finish_of(&cap.hit));
-    let density = tables.facet(finish.first_facet + cap.hit.facet).density[0];
-    let lean = div(finish.growth, max(density * finish.depth, 1e-12));
+    let smooth = even.hit.normal;
+    let upright = even.outward(frame);
+    let finish = tables.finish(finish_of(&even.hit));
+    let growth = growth(tables, finish, &even.hit, upright);
+    let lean = div(growth, max(finish.depth, 1e-12));
     let normal = normalize_or(kept3(upright + smooth * lean), upright);
     let mesh = MeshFrame {
         normal: smooth,
-        along_u: cap.hit.tangent,
-        is_mirrored: cap.hit.is_mirrored,
+        along_u: even.hit.tangent,
+        is_mirrored: even.hit.is_mirrored,
     };
+    let outline = smooth.cross(upright);
     let is_along_v = abs(outline.dot(mesh.along_u)) < abs(outline.dot(mesh.along_v()));
     let floor_openness = min(own.hit.openness, other.hit.openness);
     let hit = Sample {
@@ -399,7 +337,7 @@ pub fn side<T: Tables + ?Sized, H: Hits + ?Sized>(
         normal,
         // A wall sees half of what its foot does, and the floor's half.
         openness: 0.25 + 0.25 * floor_openness,
-        ..cap.hit
+        ..even.hit
     }
     .along_outline(&mesh, outline, is_along_v);
     (ray * div(1.0, length), hit)

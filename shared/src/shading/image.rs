@@ -8,6 +8,10 @@ use crate::{Real, Vec2};
 use glam::Vec4;
 use relievo_exact::log2;
 
+/// Width of a texel of the level of detail, of that of a pixel. A lookup between two levels blurs more
+/// than the pixel's mean: with 3 times its variance at 1, as much at 0.58. Between them is what differs
+/// least from many samples.
+const WIDTH: Real = 0.7;
 /// Largest number of places at which a picture is looked up along a pixel.
 const MOST_PLACES: Real = 8.0;
 
@@ -170,7 +174,7 @@ pub fn sample_over<T: Texels + ?Sized>(
     let ratio = div(long, max(short, 1e-6));
     let places = floor(clamp(ratio + 0.5, 1.0, MOST_PLACES));
     let part = div(1.0, places);
-    let level = log2(clamp(long * part, 1e-6, 1e6));
+    let level = log2(clamp(long * part * WIDTH, 1e-6, 1e6));
     let step = side * part;
     let mut rest = floor_to_int(places);
     let mut place = at - step * (0.5 * places - 0.5);

@@ -82,8 +82,11 @@ pub struct Finish {
     pub cells: Image,
     /// Decides how cells vary.
     pub seed: u32,
-    /// How far the pattern grows from cap to floor, repeats along u.
-    pub growth: Real,
+    /// How far the pattern grows from cap to floor, repeats along u and v.
+    pub growth: [Real; 2],
+    /// δ at which a straight bevel ends: a wall is below it, or the floor if it is 1; 0 without
+    /// such a bevel.
+    pub rim: Real,
     /// The class of most of a side, one of the `CLASS_` constants.
     pub side: u32,
     /// Width of a cell, texels of the map.
@@ -195,7 +198,7 @@ pub const REFLECTANCE_SIZE: u32 = 32;
 const _: () = {
     use core::mem::size_of;
     assert!(size_of::<Image>() == 16 && size_of::<Material>() == 132);
-    assert!(size_of::<Finish>() == 208 && size_of::<FacetMaterial>() == 20);
+    assert!(size_of::<Finish>() == 216 && size_of::<FacetMaterial>() == 20);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
     assert!(size_of::<Lighting>() == 160);
 };

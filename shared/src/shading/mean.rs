@@ -9,6 +9,7 @@
 //! A texel of the chart is four numbers: the share of the cap, and xx / [`MOST`], yy / [`MOST`] and
 //! ½ + xy / [`MOST`] of the sum, 1 / texels.
 
+use super::edges::pixel::growth_across;
 use super::edges::{Shares, from_code};
 use super::image::{Footprint, sample_over};
 use super::layout::{Finish, Light, Lighting};
@@ -94,8 +95,8 @@ struct Grooves {
     order: Real,
     width: Vec2,
     depth: Real,
-    /// How far sides grow towards the middle of a groove.
-    growth: Real,
+    /// How far sides of each family grow towards the middle of a groove.
+    growth: Vec2,
     /// Width of a groove from side to side.
     gap: Real,
 }
@@ -450,7 +451,10 @@ impl Grooves {
             order,
             width,
             depth: finish.depth * cap.unit,
-            growth: div(finish.growth, max(rate.x, 1e-12)),
+            growth: Vec2::new(
+                growth_across(finish, *rate, first.x),
+                growth_across(finish, *rate, first.y),
+            ),
             gap: max(gap(finish, *rate), 1e-12),
         }
     }
@@ -473,18 +477,20 @@ impl Grooves {
         Vec2::new(across(along.x), across(along.y))
     }
 
-    /// Returns down to which part of the depth sides reach: they meet there if they lean enough.
+    /// Returns down to which part of the depth sides of one family reach: they meet there if they lean
+    /// enough.
     #[inline]
-    fn deepest(&self) -> Real {
-        min(div(self.gap, max(2.0 * self.growth, 1e-12)), 1.0)
+    fn deepest(&self, is_second: bool) -> Real {
+        let growth = of_family(self.growth, is_second);
+        min(div(self.gap, max(2.0 * growth, 1e-12)), 1.0)
     }
 
     /// Returns how wide both sides of a groove of each family are, as seen along `direction`.
     #[inline]
     fn sides(&self, direction: Vec3) -> Vec2 {
         let shift = self.shift(self.along(direction));
-        let width = |shift: Real| self.growth + max(self.growth, shift);
-        Vec2::new(width(shift.x), width(shift.y))
+        let width = |shift: Real, growth: Real| growth + max(growth, shift);
+        Vec2::new(width(shift.x, self.growth.x), width(shift.y, self.growth.y))
     }
 
     /// Returns the share of what is seen of the sides of one family along `direction` that faces away
@@ -492,7 +498,8 @@ impl Grooves {
     #[inline]
     fn away(&self, direction: Vec3, is_second: bool) -> Real {
         let shift = of_family(self.shift(self.along(direction)), is_second);
-        div(max(self.growth - shift, 0.0), max(2.0 * self.growth, 1e-12))
+        let growth = of_family(self.growth, is_second);
+        div(max(growth - shift, 0.0), max(2.0 * growth, 1e-12))
     }
 
     /// Returns the sides of one family that face the eye, which looks along `direction`, or away from
@@ -530,10 +537,10 @@ impl Grooves {
         let facing = if is_away { -facing } else { facing };
         let second = self.normal.cross(self.first);
         let upright = normalize_or(self.first * facing.x + second * facing.y, self.first);
-        let lean = div(self.growth, max(depth, 1e-12));
+        let lean = div(of_family(self.growth, is_second), max(depth, 1e-12));
         let normal = normalize_or(upright + self.normal * lean, upright);
         let is_along_v = abs(upright.dot(mesh.along_u)) > abs(upright.dot(mesh.along_v()));
-        let deep = depth * self.deepest();
+        let deep = depth * self.deepest(is_second);
         let sky = 0.5 - 0.5 * div(deep, sqrt(gap * gap + deep * deep) + gap);
         let side = Sample {
             class,
@@ -576,27 +583,29 @@ impl Grooves {
             let lengths = sqrt(kept(eye.dot(eye)) * kept(light.dot(light)));
             let even = clamp(div(kept(eye.dot(light)), max(lengths, 1e-12)), 0.0, 1.0);
             let shallower = max(1.0 - div(lift, max(self.depth, 1e-12)), 0.0);
-            let hidden = |eye: Real, light: Real, seen: Real, lit: Real, width: Real| {
+            let hidden = |eye: Real, light: Real, seen: Real, lit: Real, is_second: bool| {
+                let growth = of_family(self.growth, is_second);
+                let width = of_family(self.width, is_second);
                 let is_same = (eye < 0.0) == (light < 0.0);
                 let same = even + self.order * (if is_same { 1.0 } else { 0.0 } - even);
-                let foot = div(1.0, max(width - 2.0 * self.growth, 1e-12));
-                let seen = max(seen - self.growth, 0.0);
-                let lit = max(lit * shallower - self.growth, 0.0);
+                let foot = div(1.0, max(width - 2.0 * growth, 1e-12));
+                let seen = max(seen - growth, 0.0);
+                let lit = max(lit * shallower - growth, 0.0);
                 let apart = seen + lit;
                 let both = apart + (max(seen, lit) - apart) * same;
                 Vec2::new(seen * foot, both * foot)
             };
-            let first = hidden(eye.x, light.x, seen.x, lit.x, self.width.x);
-            let second = hidden(eye.y, light.y, seen.y, lit.y, self.width.y);
+            let first = hidden(eye.x, light.x, seen.x, lit.x, false);
+            let second = hidden(eye.y, light.y, seen.y, lit.y, true);
             let seen = max(left(first.x, second.x), 1e-6);
             min(div(left(first.y, second.y), seen), 1.0)
         } else {
             let gap = max(self.gap - lift, 0.0);
             let (seen, lit) = (of_family(seen, is_second), of_family(lit, is_second));
             // Down to which part of the depth, in straight grooves and in round ones.
-            let deepest = self.deepest();
-            let deep =
-                |gap: Real, shift: Real| min(div(gap, max(shift + self.growth, 1e-12)), deepest);
+            let growth = of_family(self.growth, is_second);
+            let deepest = self.deepest(is_second);
+            let deep = |gap: Real, shift: Real| min(div(gap, max(shift + growth, 1e-12)), deepest);
             let straight = min(div(deep(gap, lit), deep(self.gap, seen)), 1.0);
             let round = div(2.0 * self.gap + seen, 2.0 * self.gap + seen + lit);
             round + (straight - round) * self.order
@@ -684,7 +693,7 @@ fn part<T: Tables + ?Sized>(
     } else if is_floor {
         1.0
     } else {
-        0.5 * grooves.deepest()
+        0.5 * grooves.deepest(is_second)
     };
     let hit = view.at_depth(tables, down);
     let hit = if is_cap {

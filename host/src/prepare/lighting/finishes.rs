@@ -18,7 +18,7 @@ use rayon::prelude::*;
 use relievo_shared::gbuffer::{KNOWS_EDGES, KNOWS_MESH, MOST_FACETS, MOST_FINISHES};
 use relievo_shared::layout::{FORMAT_PAPER, Object};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_WALL};
-use relievo_shared::profile::{Profile, grows_mostly, growth};
+use relievo_shared::profile::{Profile, grows_mostly, growth, rim};
 use relievo_shared::shading::layout::FINISHES;
 use relievo_shared::shading::{FacetMaterial, Finish, Image, Material};
 use std::path::PathBuf;
@@ -147,6 +147,7 @@ pub(super) fn finishes(
                     cells: *cells,
                     seed: prepared.number as u32,
                     growth: growth(parameters),
+                    rim: rim(parameters),
                     side: match grows_mostly(parameters) {
                         true => CLASS_BEVEL,
                         false => CLASS_WALL,

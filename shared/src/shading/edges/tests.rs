@@ -1,7 +1,9 @@
 use super::*;
 use crate::camera::tests::frame;
+use crate::camera::through;
 use crate::gbuffer::octahedral;
 use crate::normals::{CLASS_BEVEL, CLASS_WALL};
+
 use crate::shading::{FacetMaterial, Finish, Light, ShadowMap};
 use crate::shape_map::Texels;
 use glam::UVec4;
@@ -132,7 +134,7 @@ proptest! {
 
     #[test]
     fn shares_survive_their_code(before in 0.0f32..0.5, after in 0.0f32..0.5, is_down: bool) {
-        let side = Between { step: IVec2::ZERO, ends: NONE };
+        let side = Between { which: 0, ends: NONE };
         let division = Division { is_down, before, after, between: 0.0, side };
         let (class, shares) = from_code(division.code(CLASS_FLOOR));
         prop_assert_eq!((class, shares.is_down), (CLASS_FLOOR, is_down));
@@ -274,9 +276,13 @@ fn a_side_faces_the_eye_and_leans_as_its_bevel_does() {
         }
         sides += 1;
         for (growth, class, expected) in [
-            (0.0, CLASS_WALL, Vec3::Z),
-            // As wide as it is deep: 45 degrees.
-            (0.04, CLASS_BEVEL, Vec3::new(0.0, 1.0, 1.0).normalize()),
+            ([0.0, 0.0], CLASS_WALL, Vec3::Z),
+            // As wide as it is deep: 45 degrees. Only growth along v counts.
+            (
+                [0.5, 0.04],
+                CLASS_BEVEL,
+                Vec3::new(0.0, 1.0, 1.0).normalize(),
+            ),
         ] {
             (materials.0.growth, materials.0.side) = (growth, class);
             let (direction, hit) = side(&materials, &frame, &picture, x, y, &found);
@@ -300,4 +306,90 @@ fn edges_of_what_is_far_behind_do_not_count() {
         let found = divided(&frame, &picture, x, 3);
         assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
     }
+}
+
+/// Returns the words of [`hit`] at the depth fraction δ.
+fn at_depth((place, surface): (UVec4, UVec4), depth: f32) -> (UVec4, UVec4) {
+    let depth = (depth * 1_023.0).round() as u32;
+    (place | UVec4::new(0, 0, 0, depth), surface)
+}
+
+#[test]
+fn the_rim_of_a_bevel_hides_its_wall() {
+    // The ground, seen from above at 63 degrees. A cap ends where it falls away from the eye: by a
+    // bevel of 45 degrees that is seen, and a wall that is not.
+    let tilt = Vec3::new(0.0, -1.0, -0.5).normalize();
+    let frame = frame(Vec3::new(0.0, 1.0, 0.0), tilt, SIDE, SIDE, 0.04);
+    let (eye, down) = (vec3(frame.eye), vec3(frame.ray_down));
+    let row = |way: Vec3| {
+        let first = vec3(frame.ray_first);
+        (way / way.dot(tilt) - first).dot(down) / down.length_squared()
+    };
+    let up = |y: f32, ray: Vec3| ray * ((y - 1.0) / ray.y);
+    let mut materials = Materials::new();
+    materials.0.growth = [0.3, 0.012];
+    materials.0.rim = 0.3;
+    materials.0.side = CLASS_BEVEL;
+    for edge in [-0.495, -0.498, -0.501] {
+        let outline = row(Vec3::new(0.0, 0.0, edge) - eye);
+        let rim = row(Vec3::new(0.0, -0.006, edge - 0.006) - eye);
+        assert!(outline - rim > 0.1);
+        let picture = draw(&frame, |ray| {
+            let distance = row(ray) - outline;
+            if distance >= 0.0 {
+                let code = ((distance * 126.0) as u32).min(FAR);
+                hit(CLASS_CAP, 1, up(0.0, ray).length(), Vec3::Y, code | 48 << 7)
+            } else {
+                hit(CLASS_FLOOR, 1, up(-0.02, ray).length(), Vec3::Y, FAR)
+            }
+        });
+        let between = |y| division(&materials, &frame, &picture, 4, y).between;
+        let found: f32 = (0..SIDE).map(between).sum();
+        assert!(
+            (found - (outline - rim)).abs() < 0.02,
+            "{found} {outline} {rim}"
+        );
+    }
+}
+
+#[test]
+fn a_side_knows_where_bevel_and_wall_end() {
+    let frame = looking();
+    let mut materials = Materials::new();
+    materials.0.rim = 0.5;
+    let lower = Vec3::new(0.0, -0.7, 0.7).normalize();
+    // Four pixels of cap, one of the side, and three of floor. The side's edge is 0.4 pixels above.
+    let picture = |class, depth: f32, edge: u32, is_floor: bool| {
+        draw(&frame, |ray| {
+            let (row, t) = ((0.04 - ray.y) / 0.01, ray.length());
+            if row > 4.0 && row < 5.0 {
+                let t = (1.0 + 0.02 * depth) * t;
+                at_depth(hit(class, 7, t, lower, 50 | 48 << 7), depth)
+            } else if (row < 4.0) == is_floor {
+                hit(CLASS_FLOOR, 7, 1.02 * t, Vec3::Z, FAR)
+            } else {
+                hit(CLASS_CAP, 7, t, Vec3::Z, edge)
+            }
+        })
+    };
+    // Under the cap; half of the depth from the rim, which hides the wall, to the floor below.
+    let found = division(
+        &materials,
+        &frame,
+        &picture(CLASS_BEVEL, 0.3, FAR, false),
+        4,
+        4,
+    );
+    assert!(found.is_down && found.between == 0.0);
+    assert!((found.before - 0.1).abs() < 0.01, "{found:?}");
+    assert!(
+        (found.after - (0.5 - 0.4 * 0.2 / 0.3)).abs() < 0.01,
+        "{found:?}"
+    );
+    // A wall below such a bevel ends where the cap begins.
+    let picture = picture(CLASS_WALL, 0.9, 38 | 16 << 7, false);
+    let found = division(&materials, &frame, &picture, 4, 4);
+    assert_eq!((found.before, found.between), (0.0, 0.0));
+    let found = division(&materials, &frame, &picture, 4, 3);
+    assert!((found.after - 0.2).abs() < 0.01, "{found:?}");
 }

@@ -1,0 +1,226 @@
+//! A pixel with what it hits, and how far the surface there reaches on the picture.
+
+use super::super::Tables;
+use super::super::layout::Finish;
+use super::super::material::finish_of;
+use crate::arithmetic::{abs, div, kept, kept3, max, min, normalize_or, sqrt};
+use crate::camera::through;
+use crate::gbuffer::{Hits, Sample, is_side};
+use crate::layout::{Frame, vec2, vec3};
+use crate::normals::{CLASS_CAP, CLASS_MISS, CLASS_WALL};
+use crate::{Real, Vec2, Vec3};
+use glam::IVec2;
+
+/// Place of an edge that is beyond the other centre.
+const BEYOND: Real = 2.0;
+/// Step in depth that makes an edge, widths of a pixel.
+pub(super) const STEP: Real = 0.3;
+/// Least δ of a hit that tells how far it is to other depths.
+const LEAST_DEPTH: Real = 0.03;
+
+/// A pixel with what it hits.
+#[derive(Clone, Copy)]
+pub(super) struct Pixel {
+    /// Direction of its ray, whose part along the view axis is 1.
+    pub(super) ray: Vec3,
+    pub(super) hit: Sample,
+    /// Distance along the view axis.
+    pub(super) depth: Real,
+    /// See [`Pixel::width_of_side`]; 0 where it is not asked for.
+    pub(super) side: Real,
+}
+
+impl Pixel {
+    // As the functions of `Hits`.
+    #[inline(always)]
+    pub(super) fn new<H: Hits + ?Sized>(frame: &Frame, hits: &H, at: IVec2) -> Pixel {
+        let within = |x: i32, size: Real| {
+            let last = size as i32 - 1;
+            let x = if x < last { x } else { last };
+            if x > 0 { x } else { 0 }
+        };
+        let (x, y) = (within(at.x, frame.size[0]), within(at.y, frame.size[1]));
+        let (place, surface) = hits.words(x as u32, y as u32);
+        let hit = Sample::at_depth_on_mesh(place, surface);
+        let ray = through(frame, x as Real, y as Real);
+        Pixel {
+            ray,
+            hit,
+            depth: max(div(hit.t, sqrt(ray.dot(ray))), 1e-18),
+            side: 0.0,
+        }
+    }
+
+    #[inline]
+    pub(super) fn is_hit(&self) -> bool {
+        self.hit.class != CLASS_MISS
+    }
+
+    /// Returns the normal's part along the ray, which points against it.
+    #[inline]
+    fn facing(&self) -> Real {
+        min(kept(self.hit.normal.dot(self.ray)), -1e-3)
+    }
+
+    /// Returns 1 / distance along the view axis, and its change on the tangent plane where the
+    /// ray changes by `along`: both are even on planes.
+    #[inline]
+    pub(super) fn inverse(&self, along: Vec3) -> (Real, Real) {
+        let inverse = div(1.0, self.depth);
+        let rate = div(kept(self.hit.normal.dot(along)), self.facing());
+        (inverse, kept(rate * inverse))
+    }
+
+    /// Returns how far above the tangent plane that is which `other` hits.
+    #[inline]
+    pub(super) fn height_of(&self, other: &Pixel) -> Real {
+        let way = kept3(other.ray * other.depth - self.ray * self.depth);
+        kept(self.hit.normal.dot(way))
+    }
+
+    /// Returns whether the tangent plane leads to what `other` hits, where a pixel is `pixel`
+    /// wide at distance 1.
+    #[inline]
+    pub(super) fn leads_to(&self, other: &Pixel, pixel: Real) -> bool {
+        abs(self.height_of(other)) < STEP * pixel * self.depth * -self.facing()
+    }
+
+    /// Returns how far the edge is that the hit knows, pixels along `step`.
+    #[inline]
+    pub(super) fn known_end<T: Tables + ?Sized>(&self, tables: &T, step: Vec2) -> Real {
+        let Sample {
+            class,
+            edge,
+            depth_fraction: depth,
+            ..
+        } = self.hit;
+        if !self.is_hit() || !edge.is_near {
+            return BEYOND;
+        }
+        let mut rate = kept(edge.direction.dot(step));
+        let mut distance = edge.distance;
+        if is_side(class) {
+            // A side knows the edge of the cap: its bevel or its wall ends on the way there, or on the
+            // opposite way.
+            let rim = tables.finish(finish_of(&self.hit)).rim;
+            let is_up = rate > 0.0;
+            let is_wall = class == CLASS_WALL;
+            let end = if is_wall == is_up {
+                rim
+            } else if is_wall {
+                1.0
+            } else {
+                0.0
+            };
+            let to_end = if is_up { depth - end } else { end - depth };
+            distance *= div(to_end, max(depth, 1e-6));
+            rate = if is_up { rate } else { -rate };
+            if depth < LEAST_DEPTH && !is_up {
+                rate = 0.0;
+            }
+        }
+        if distance >= 0.0 && distance < rate {
+            div(distance, rate)
+        } else {
+            BEYOND
+        }
+    }
+
+    /// Returns the width of the side below the near edge of a cap, pixels across the edge: as far as
+    /// the rim of the bevel hides the rest of it, or down to its foot; 0 of anything else.
+    #[inline]
+    pub(super) fn width_of_side<T: Tables + ?Sized>(&self, tables: &T, frame: &Frame) -> Real {
+        let Pixel {
+            ray, hit, depth, ..
+        } = *self;
+        if hit.class != CLASS_CAP || !hit.edge.is_near {
+            return 0.0;
+        }
+        let finish = tables.finish(finish_of(&hit));
+        let outward = self.outward(frame);
+        let ray = ray + self.way_to_edge(frame) * hit.edge.distance;
+        // How far a vector reaches across the edge on the picture, per unit of its length: a pixel is
+        // as wide as high.
+        let across = self.along_edge(frame).cross(ray);
+        let right = vec3(frame.ray_right);
+        let scale = div(1.0, kept(right.dot(right)) * depth);
+        let pixels = |v: Vec3| kept(across.dot(v)) * scale;
+        let growth = growth(tables, finish, &hit, outward) * hit.unit;
+        let foot = -pixels(hit.normal) * finish.depth * hit.unit;
+        max(
+            abs(pixels(outward)) * growth + max(foot, foot * finish.rim),
+            0.0,
+        )
+    }
+
+    /// Returns how long `width` across the edge is along `step`, which leads to it.
+    #[inline]
+    pub(super) fn along(&self, step: Vec2, width: Real) -> Real {
+        let rate = kept(self.hit.edge.direction.dot(step));
+        div(width, max(rate, 1e-3))
+    }
+
+    /// Returns the way to the edge on the picture, as the change of the ray over a pixel.
+    #[inline]
+    fn way_to_edge(&self, frame: &Frame) -> Vec3 {
+        let to_edge = self.hit.edge.direction;
+        vec3(frame.ray_right) * to_edge.x + vec3(frame.ray_down) * to_edge.y
+    }
+
+    /// Returns the same across that way, along the edge.
+    #[inline]
+    fn along_edge(&self, frame: &Frame) -> Vec3 {
+        let to_edge = self.hit.edge.direction;
+        vec3(frame.ray_down) * to_edge.x - vec3(frame.ray_right) * to_edge.y
+    }
+
+    /// Returns the unit vector on the tangent plane across the edge, towards it.
+    #[inline]
+    pub(super) fn outward(&self, frame: &Frame) -> Vec3 {
+        let normal = self.hit.normal;
+        let on_plane = |v: Vec3| kept3(v - self.ray * div(kept(normal.dot(v)), self.facing()));
+        // It is a quarter turn from the edge, as on the picture: the normal faces the eye.
+        let edge = on_plane(self.along_edge(frame));
+        normalize_or(kept3(normal.cross(edge)), self.hit.tangent)
+    }
+
+    /// Returns how far it is to where the surface turns away from the eye, pixels away from
+    /// `inner`: the square of the cosine between normal and ray falls evenly.
+    #[inline]
+    pub(super) fn horizon(&self, inner: &Pixel) -> Real {
+        let square = |pixel: &Pixel| {
+            let facing = pixel.facing();
+            kept(div(facing * facing, pixel.ray.dot(pixel.ray)))
+        };
+        let (own, before) = (square(self), square(inner));
+        let is_same = inner.hit.class == self.hit.class && inner.hit.finish == self.hit.finish;
+        if is_same && before > 2.0 * own {
+            div(own, before - own)
+        } else {
+            BEYOND
+        }
+    }
+}
+
+/// Returns how far the pattern grows from cap to floor, in the unit of which `density` repeats are one,
+/// across an outline whose normal has the part `along_u` along u.
+#[inline]
+pub(crate) fn growth_across(finish: &Finish, density: Vec2, along_u: Real) -> Real {
+    let growth = vec2(finish.growth);
+    let u = div(growth.x, max(density.x, 1e-12)) * along_u;
+    let v = div(growth.y, max(density.y, 1e-12));
+    sqrt(kept(u * u + v * v * max(1.0 - along_u * along_u, 0.0)))
+}
+
+/// Returns how far the pattern grows from cap to floor along the unit vector `across` its outline,
+/// object units, at a `hit` on a cap or a floor of `finish`.
+#[inline]
+pub(super) fn growth<T: Tables + ?Sized>(
+    tables: &T,
+    finish: &Finish,
+    hit: &Sample,
+    across: Vec3,
+) -> Real {
+    let facet = tables.facet(finish.first_facet + hit.facet);
+    growth_across(finish, vec2(facet.density), kept(across.dot(hit.tangent)))
+}
