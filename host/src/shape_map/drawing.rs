@@ -2,7 +2,7 @@
 
 use super::error::ShapeMapError;
 use super::fonts::add_built_in;
-use super::input::{Input, check_size};
+use super::input::{Input, beginning, check_size};
 use super::raster::{paint, sides};
 use image::RgbaImage;
 use resvg::tiny_skia::Transform;
@@ -32,15 +32,7 @@ pub(super) fn is_drawing(input: &mut dyn Input, path: &Path) -> Result<bool, Sha
     }) {
         return Ok(true);
     }
-    let mut start = Vec::new();
-    (&mut *input)
-        .take(256)
-        .read_to_end(&mut start)
-        .and_then(|_| input.rewind())
-        .map_err(|source| ShapeMapError::Read {
-            path: path.to_path_buf(),
-            source,
-        })?;
+    let start = beginning(input, path, 256)?;
     let start = start.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&start);
     let start = start.trim_ascii_start();
     Ok(BEGINNINGS

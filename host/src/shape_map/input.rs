@@ -4,11 +4,11 @@ use super::error::ShapeMapError;
 use super::limits::MAX_PIXELS;
 use crate::Files;
 use crate::files::Opened;
-use std::io::{BufRead, Seek};
+use std::io::{BufRead, Read, Seek};
 use std::path::Path;
 
-/// The bytes of an image file. Readers take `&mut dyn Input`: decoders are large, and are
-/// compiled once.
+/// The bytes of an image file. Readers take `&mut dyn Input`, so that the large decoders are
+/// compiled for one type.
 pub(super) trait Input: BufRead + Seek {}
 
 impl<T: BufRead + Seek> Input for T {}
@@ -44,6 +44,25 @@ pub(super) fn open_within(
         });
     }
     Ok(input)
+}
+
+/// Returns the first `length` bytes of `input`, or all if there are fewer, and rewinds it. `path`
+/// is named in errors only.
+pub(super) fn beginning(
+    input: &mut dyn Input,
+    path: &Path,
+    length: u64,
+) -> Result<Vec<u8>, ShapeMapError> {
+    let mut start = Vec::new();
+    (&mut *input)
+        .take(length)
+        .read_to_end(&mut start)
+        .and_then(|_| input.rewind())
+        .map_err(|source| ShapeMapError::Read {
+            path: path.to_path_buf(),
+            source,
+        })?;
+    Ok(start)
 }
 
 /// Returns the memory limit for decoding, in bytes: 16 per pixel (four channels

@@ -19,14 +19,14 @@ mod exr;
 mod png;
 
 use super::error::ShapeMapError;
-use super::input::{Input, open, open_within};
+use super::input::{Input, beginning, open, open_within};
 use super::limits::DEFAULT_MAX_PIXELS;
 use super::map::ShapeMap;
 use super::storage::File;
 use crate::file::write_whole;
 use crate::{Error, Files};
 use ::exr::meta::magic_number;
-use std::io::{Cursor, Read, Seek, Write};
+use std::io::{Cursor, Seek, Write};
 use std::path::Path;
 
 impl ShapeMap {
@@ -140,15 +140,7 @@ impl ShapeMap {
 
 /// Returns whether a file starts with the signature of OpenEXR, and rewinds it.
 fn is_exr(input: &mut dyn Input, path: &Path) -> Result<bool, ShapeMapError> {
-    let mut start = Vec::new();
-    (&mut *input)
-        .take(magic_number::BYTES.len() as u64)
-        .read_to_end(&mut start)
-        .and_then(|_| input.rewind())
-        .map_err(|source| ShapeMapError::Read {
-            path: path.to_path_buf(),
-            source,
-        })?;
+    let start = beginning(input, path, magic_number::BYTES.len() as u64)?;
     Ok(start == magic_number::BYTES)
 }
 
