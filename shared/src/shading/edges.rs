@@ -124,9 +124,9 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
             if is_even(beyond.hit.class) {
                 let is_own_cap = class == CLASS_CAP;
                 let width = if is_own_cap {
-                    own.along(as_vec(step), own.side)
+                    own.along(as_vec(step), own.side_width)
                 } else {
-                    other.along(as_vec(-step), other.side)
+                    other.along(as_vec(-step), other.side_width)
                 };
                 // A cap and the side below its edge hide what is behind them. Where they would hide the
                 // floor that is seen, the outline is not straight.
@@ -148,13 +148,13 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
                     begin = max(end, begin);
                 }
             } else {
-                // The one that is even knows best.
-                let is_by_own = if is_even(class) {
+                // They meet where the one that is even knows its edge, else where the side does.
+                let is_at_end = if is_even(class) {
                     end <= 1.0
                 } else {
                     begin < 0.0
                 };
-                if is_by_own {
+                if is_at_end {
                     begin = end;
                 } else {
                     end = begin;
@@ -206,7 +206,7 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
     let at = IVec2::new(x as i32, y as i32);
     let mut own = Pixel::new(frame, hits, at);
     // Here, and not where the neighbours are compared: there it would take registers.
-    own.side = own.width_of_side(tables, frame);
+    own.side_width = own.width_of_side(tables, frame);
     let nothing = Division {
         is_down: false,
         before: 0.0,
@@ -235,7 +235,7 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
         if next.x >= 0 && next.y >= 0 && next.x < size.x && next.y < size.y {
             let mut other = Pixel::new(frame, hits, next);
             if own.hit.class == CLASS_FLOOR {
-                other.side = other.width_of_side(tables, frame);
+                other.side_width = other.width_of_side(tables, frame);
             }
             let ends = ends(tables, frame, hits, at, &own, &other, step);
             let share = max(0.5 - ends.other, 0.0);

@@ -27,7 +27,7 @@ pub(super) struct Pixel {
     /// Distance along the view axis.
     pub(super) depth: Real,
     /// See [`Pixel::width_of_side`]; 0 where it is not asked for.
-    pub(super) side: Real,
+    pub(super) side_width: Real,
 }
 
 impl Pixel {
@@ -47,7 +47,7 @@ impl Pixel {
             ray,
             hit,
             depth: max(div(hit.t, sqrt(ray.dot(ray))), 1e-18),
-            side: 0.0,
+            side_width: 0.0,
         }
     }
 
@@ -114,10 +114,13 @@ impl Pixel {
             };
             let to_end = if is_up { depth - end } else { end - depth };
             distance *= div(to_end, max(depth, 1e-6));
-            rate = if is_up { rate } else { -rate };
-            if depth < LEAST_DEPTH && !is_up {
-                rate = 0.0;
-            }
+            rate = if is_up {
+                rate
+            } else if depth < LEAST_DEPTH {
+                0.0
+            } else {
+                -rate
+            };
         }
         if distance >= 0.0 && distance < rate {
             div(distance, rate)

@@ -359,13 +359,13 @@ fn a_side_knows_where_bevel_and_wall_end() {
     materials.0.rim = 0.5;
     let lower = Vec3::new(0.0, -0.7, 0.7).normalize();
     // Four pixels of cap, one of the side, and three of floor. The side's edge is 0.4 pixels above.
-    let picture = |class, depth: f32, edge: u32, is_floor: bool| {
+    let picture = |class, depth: f32, edge: u32| {
         draw(&frame, |ray| {
             let (row, t) = ((0.04 - ray.y) / 0.01, ray.length());
             if row > 4.0 && row < 5.0 {
                 let t = (1.0 + 0.02 * depth) * t;
                 at_depth(hit(class, 7, t, lower, 50 | 48 << 7), depth)
-            } else if (row < 4.0) == is_floor {
+            } else if row > 4.0 {
                 hit(CLASS_FLOOR, 7, 1.02 * t, Vec3::Z, FAR)
             } else {
                 hit(CLASS_CAP, 7, t, Vec3::Z, edge)
@@ -373,13 +373,7 @@ fn a_side_knows_where_bevel_and_wall_end() {
         })
     };
     // Under the cap; half of the depth from the rim, which hides the wall, to the floor below.
-    let found = division(
-        &materials,
-        &frame,
-        &picture(CLASS_BEVEL, 0.3, FAR, false),
-        4,
-        4,
-    );
+    let found = division(&materials, &frame, &picture(CLASS_BEVEL, 0.3, FAR), 4, 4);
     assert!(found.is_down && found.between == 0.0);
     assert!((found.before - 0.1).abs() < 0.01, "{found:?}");
     assert!(
@@ -387,7 +381,7 @@ fn a_side_knows_where_bevel_and_wall_end() {
         "{found:?}"
     );
     // A wall below such a bevel ends where the cap begins.
-    let picture = picture(CLASS_WALL, 0.9, 38 | 16 << 7, false);
+    let picture = picture(CLASS_WALL, 0.9, 38 | 16 << 7);
     let found = division(&materials, &frame, &picture, 4, 4);
     assert_eq!((found.before, found.between), (0.0, 0.0));
     let found = division(&materials, &frame, &picture, 4, 3);
