@@ -2,8 +2,8 @@
 //! that none of them shows.
 //!
 //! The surfaces that two neighbours hit end somewhere between the centres of their pixels: at the
-//! [edge](crate::edge) that one of them knows; else where their tangent planes meet; else, if one
-//! hides the other, where the nearer one turns away from the eye. On a side, what is known of its edge
+//! [edge](crate::edge) that one of them knows; else where their tangent planes meet, unless they are one
+//! surface that curves; else, if one hides the other, where the nearer one turns away from the eye. On a side, what is known of its edge
 //! at the cap tells where its bevel or its wall ends, too; and on a cap, where the side below its edge
 //! ends.
 //!
@@ -108,6 +108,8 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
     let known = own.known_end(tables, as_vec(step));
     let known_other = 1.0 - other.known_end(tables, as_vec(-step));
     let mut is_own_nearer = own.is_hit();
+    // Where their tangent planes meet, if they do.
+    let (mut is_meeting, mut meeting) = (false, 0.0);
     if own.is_hit() && other.is_hit() {
         let (class, other_class) = (own.hit.class, other.hit.class);
         let pixel = sqrt(along.dot(along));
@@ -174,17 +176,28 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         let (other_inverse, other_slope) = other.inverse(along);
         let first = inverse - (other_inverse - other_slope);
         let last = inverse + slope - other_inverse;
-        if (first < 0.0) != (last < 0.0) {
-            return Ends::meeting(clamp(div(first, first - last), 0.0, 1.0));
+        is_meeting = (first < 0.0) != (last < 0.0);
+        if is_meeting {
+            meeting = clamp(div(first, first - last), 0.0, 1.0);
+            is_own_nearer = own.depth < other.depth;
+        } else {
+            is_own_nearer = first > 0.0;
         }
-        is_own_nearer = first > 0.0;
     }
-    let (nearer, before) = if is_own_nearer {
-        (*own, at - step)
+    let (nearer, farther, before) = if is_own_nearer {
+        (*own, *other, at - step)
     } else {
-        (*other, at + step + step)
+        (*other, *own, at + step + step)
     };
-    let horizon = nearer.horizon(&Pixel::new(frame, hits, before));
+    let before = Pixel::new(frame, hits, before);
+    if is_meeting {
+        return if nearer.curves(&before, &farther) {
+            NONE
+        } else {
+            Ends::meeting(meeting)
+        };
+    }
+    let horizon = nearer.horizon(&before);
     let end = if is_own_nearer {
         min(known, horizon)
     } else {

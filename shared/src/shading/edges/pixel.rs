@@ -15,6 +15,8 @@ use glam::IVec2;
 const BEYOND: Real = 2.0;
 /// Step in depth that makes an edge, widths of a pixel.
 pub(super) const STEP: Real = 0.3;
+/// Least turn of a surface before a pixel, of that after it, which tells a curve from an edge.
+const BEGUN: Real = 0.06;
 /// Least δ of a hit that tells how far it is to other depths.
 const LEAST_DEPTH: Real = 0.03;
 
@@ -187,6 +189,22 @@ impl Pixel {
         normalize_or(kept3(normal.cross(edge)), self.hit.tangent)
     }
 
+    /// Returns whether it hits the same part of an object as `other` does.
+    #[inline]
+    fn is_like(&self, other: &Pixel) -> bool {
+        self.hit.class == other.hit.class && self.hit.finish == other.hit.finish
+    }
+
+    /// Returns whether the surface goes on to `next` in a curve that has begun before it, on the
+    /// opposite side, where `inner` is.
+    #[inline]
+    pub(super) fn curves(&self, inner: &Pixel, next: &Pixel) -> bool {
+        let begun = kept3(self.hit.normal - inner.hit.normal);
+        let turn = kept3(next.hit.normal - self.hit.normal);
+        let is_one = self.is_like(inner) && self.is_like(next);
+        is_one && kept(begun.dot(turn)) > BEGUN * kept(turn.dot(turn))
+    }
+
     /// Returns how far it is to where the surface turns away from the eye, pixels away from
     /// `inner`: the square of the cosine between normal and ray falls evenly.
     #[inline]
@@ -196,8 +214,7 @@ impl Pixel {
             kept(div(facing * facing, pixel.ray.dot(pixel.ray)))
         };
         let (own, before) = (square(self), square(inner));
-        let is_same = inner.hit.class == self.hit.class && inner.hit.finish == self.hit.finish;
-        if is_same && before > 2.0 * own {
+        if self.is_like(inner) && before > 2.0 * own {
             div(own, before - own)
         } else {
             BEYOND

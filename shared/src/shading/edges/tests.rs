@@ -185,6 +185,11 @@ fn a_ball_ends_at_its_horizon() {
             let is_inside = (0..SIDE as i32).contains(&x) && (0..SIDE as i32).contains(&y);
             is_inside && picture.words(x as u32, y as u32).1.x != 0
         };
+        for (share, sign) in [(found.before, -1), (found.after, 1)] {
+            // Its surface has no edge, however fast it curves.
+            let is_one = is_hit((x as i32, y as i32)) && is_hit(step(sign));
+            assert!(share == 0.0 || !is_one, "{x} {y}: {found:?}");
+        }
         covered += (1.0 - found.before - found.after)
             * f32::from(u8::from(is_hit((x as i32, y as i32))))
             + found.before * f32::from(u8::from(is_hit(step(-1))))
