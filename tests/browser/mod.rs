@@ -143,6 +143,8 @@ impl Page {
         // WebGPU output does not reach the page.
         let arguments = [
             "--window-size=1000,1000",
+            // It may end the process for the GPU on a slow machine: the page then finds no WebGPU.
+            "--disable-gpu-watchdog",
             "--enable-unsafe-webgpu",
             "--use-webgpu-adapter=swiftshader",
             "--enable-features=Vulkan",
