@@ -427,33 +427,36 @@ fn describe(tree: &str, scene: &str, finding: &Finding) -> String {
 }
 
 /// Panics with the operations of `scenes` that leave the range of the value contract.
-fn assert_contract<'a>(scenes: impl Iterator<Item = &'a Prepared>) {
+fn assert_contract<'a>(scenes: impl ParallelIterator<Item = &'a Prepared>) {
     let trees: [(&str, Render); 2] = [("native", native::render), ("corrected", corrected::render)];
-    let mut found = Vec::new();
-    for prepared in scenes {
-        for (tree, render) in trees {
+    // Each picture is drawn by one thread, which is audited.
+    let found = scenes.flat_map_iter(|prepared| {
+        trees.into_iter().flat_map(|(tree, render)| {
             let (_, findings) = audited(|| render(prepared));
-            found.extend(findings.iter().map(|f| describe(tree, &prepared.name, f)));
-        }
-    }
+            let described = findings.iter().map(|f| describe(tree, &prepared.name, f));
+            described.collect::<Vec<_>>()
+        })
+    });
+    let found: Vec<String> = found.collect();
     assert!(found.is_empty(), "{}", found.join("\n"));
 }
 
 #[test]
 fn the_values_of_every_scene_keep_the_contract() {
-    assert_contract(SCENES.iter().map(|drawn| &drawn.prepared));
+    assert_contract(SCENES.par_iter().map(|drawn| &drawn.prepared));
 }
 
 #[test]
 fn the_values_of_real_meshes_keep_the_contract() {
     for (_, path) in real::named_meshes() {
         let mut assets = Assets::default();
+        let mut scenes = Vec::new();
         for tier in [Tier::Planar, Tier::Fast, Tier::Accurate] {
             for view in 0..real::VIEWS.len() {
                 let scene = real::scene(&path, tier, view, SIZE);
-                let prepared = Prepared::new(&path, scene, &mut assets);
-                assert_contract(std::iter::once(&prepared));
+                scenes.push(Prepared::new(&path, scene, &mut assets));
             }
         }
+        assert_contract(scenes.par_iter());
     }
 }
