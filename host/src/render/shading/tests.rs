@@ -562,6 +562,7 @@ fn assert_lit_alike(pattern: &Pattern, bevel: f64, most: f64, what: &str) {
 fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
     let dark = LightSource {
         intensity: 0.0,
+        casts_shadows: false,
         ..LightSource::default()
     };
     for (index, pattern) in small_patterns().iter().enumerate() {
