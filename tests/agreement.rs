@@ -9,7 +9,7 @@ use relievo::verify::{Agreement, compare};
 use relievo_shared::layout::Frame;
 use relievo_shared::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE};
 use relievo_shared::{Vec2, Vec3, kernels};
-use relievo_tests::{coarsen_shadows, every_adapter, scenes};
+use relievo_tests::{Renderers, coarsen_shadows, every_adapter, scenes};
 
 /// Required of the fast and the portable shaders; the exact ones must match
 /// every word.
@@ -65,6 +65,7 @@ fn gpu_pictures_are_cpu_pictures() {
         })
         .collect();
     let mut wrong = Vec::new();
+    let mut renderers = Renderers::default();
     for path in scenes() {
         let mut scene = Scene::load(&path).unwrap();
         scene.size = [320, 240];
@@ -81,8 +82,8 @@ fn gpu_pictures_are_cpu_pictures() {
                 if !is_taken || (shaders == Shaders::Fused && !fuses) {
                     continue;
                 }
-                let mut gpu = GpuRenderer::new(&scene, found, Choice::These(shaders)).unwrap();
-                let (agreement, far) = Pictures::of(&mut gpu, &scene.frame).agreement(&on_cpu);
+                let gpu = renderers.show(&scene, found, shaders);
+                let (agreement, far) = Pictures::of(gpu, &scene.frame).agreement(&on_cpu);
                 let close = agreement.color.inputs == 320 * 240
                     && agreement.class_pixels == 0
                     && agreement.color.inputs_different as f64

@@ -5,13 +5,13 @@
 
 use relievo::picture::Picture;
 use relievo::prepare::{PreparedScene, prepare};
-use relievo::render::gpu::{Choice, Shaders, adapters};
-use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
+use relievo::render::gpu::{Shaders, adapters};
+use relievo::render::{CpuRenderer, Renderer};
 use relievo::scene::{Scene, Search, Technique};
 use relievo::shape_map::{Encoding, Pattern, PatternOptions, Storage, bake};
 use relievo::verify::compare;
 use relievo_shared::profile;
-use relievo_tests::{asset, root};
+use relievo_tests::{Renderers, asset, root};
 use std::path::{Path, PathBuf};
 
 /// Name and keys of an object.
@@ -262,6 +262,7 @@ fn gpu_draws_every_combination() {
     let all = adapters();
     assert!(!all.is_empty(), "no GPU adapter: see tests/run");
     let mut wrong = Vec::new();
+    let mut renderers = Renderers::default();
     for (name, scene) in prepared() {
         let frame = &scene.frame;
         let mut cpu = CpuRenderer::new(&scene);
@@ -272,7 +273,7 @@ fn gpu_draws_every_combination() {
             } else {
                 Shaders::Portable
             };
-            let mut gpu = GpuRenderer::new(&scene, found, Choice::These(shaders)).unwrap();
+            let gpu = renderers.show(&scene, found, shaders);
             let agreement = compare(
                 [&gpu.color(frame).unwrap(), &color],
                 [&gpu.geometry(frame).unwrap(), &geometry],

@@ -4,7 +4,9 @@ mod random;
 
 pub use random::Random;
 
-use relievo::render::gpu::{Adapter, adapters};
+use relievo::prepare::PreparedScene;
+use relievo::render::GpuRenderer;
+use relievo::render::gpu::{Adapter, Choice, Shaders, adapters};
 use relievo::scene::Scene;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -60,6 +62,40 @@ pub fn every_adapter() -> Vec<Adapter> {
         "no GPU adapter: install a Vulkan driver (tests/run does it where it may)"
     );
     all
+}
+
+/// Renderers, one for each adapter and each kind of shaders: a driver compiles its shaders once, and
+/// not for every scene.
+#[derive(Default)]
+pub struct Renderers(Vec<(String, Shaders, GpuRenderer)>);
+
+impl Renderers {
+    /// Returns the renderer of `adapter` with `shaders`, for `scene`.
+    ///
+    /// # Panics
+    /// If it cannot be made.
+    pub fn show(
+        &mut self,
+        scene: &PreparedScene,
+        adapter: &Adapter,
+        shaders: Shaders,
+    ) -> &mut GpuRenderer {
+        let name = adapter.describe();
+        let is_it = |(on, with, _): &(String, Shaders, _)| *on == name && *with == shaders;
+        let index = match self.0.iter().position(is_it) {
+            Some(index) => {
+                self.0[index].2.set_scene(scene).unwrap();
+                index
+            }
+            None => {
+                let choice = Choice::These(shaders);
+                let renderer = GpuRenderer::new(scene, adapter, choice).unwrap();
+                self.0.push((name, shaders, renderer));
+                self.0.len() - 1
+            }
+        };
+        &mut self.0[index].2
+    }
 }
 
 /// Whether long tests are requested: RELIEVO_LONG=1.

@@ -6,11 +6,11 @@ use relievo::budget::{Held, Promise as Promised, Study};
 use relievo::mesh::{Mesh, MeshOptions, MeshSource, Projection};
 use relievo::oracle::{Accuracy, MeshOracle, Truth};
 use relievo::prepare::{Assets, PreparedScene, prepare, prepare_with};
-use relievo::render::gpu::{Choice, Shaders};
-use relievo::render::{CpuRenderer, GeometryWords, GpuRenderer, Renderer};
+use relievo::render::gpu::Shaders;
+use relievo::render::{CpuRenderer, GeometryWords, Renderer};
 use relievo::scene::{Scene, Tier};
 use relievo_shared::normals::CLASS_MISS;
-use relievo_tests::{asset, every_adapter};
+use relievo_tests::{Renderers, asset, every_adapter};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -256,6 +256,7 @@ fn no_shell_folds() {
 /// No word of the exact shaders differs from the CPU's.
 #[test]
 fn gpu_words_of_real_meshes_are_the_cpu_s() {
+    let mut renderers = Renderers::default();
     for (_, path) in named_meshes() {
         for tier in [Tier::Fast, Tier::Accurate] {
             let scene = scene(&path, tier, 0, [100, 75]);
@@ -263,8 +264,7 @@ fn gpu_words_of_real_meshes_are_the_cpu_s() {
             let expected = CpuRenderer::new(&prepared).geometry(&prepared.frame);
             let expected = expected.unwrap();
             for adapter in &every_adapter() {
-                let choice = Choice::These(Shaders::Exact);
-                let mut gpu = GpuRenderer::new(&prepared, adapter, choice).unwrap();
+                let gpu = renderers.show(&prepared, adapter, Shaders::Exact);
                 let found = gpu.geometry(&prepared.frame).unwrap();
                 assert_eq!(found, expected, "{} {}", path.display(), tier.name());
             }

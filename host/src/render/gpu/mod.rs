@@ -52,6 +52,7 @@ pub struct GpuRenderer {
     description: String,
     device: Device,
     pipelines: Pipelines,
+    extent: Extent,
     scene: GpuScene,
     /// Kept while the size of the frames stays the same.
     targets: Option<Targets>,
@@ -138,10 +139,24 @@ impl GpuRenderer {
             description,
             device: opened,
             pipelines,
+            extent,
             scene,
             targets: None,
             timestamps,
         })
+    }
+
+    /// Renders `scene` from now on. The pipelines that it shares with scenes before are not made
+    /// again: compiling their shaders takes a driver most of the time until the first frame.
+    ///
+    /// # Errors
+    /// As [`GpuRenderer::new`]; the scene before stays.
+    pub fn set_scene(&mut self, scene: &PreparedScene) -> Result<(), RenderError> {
+        let device = self.device.clone();
+        let (pipelines, description) = (&mut self.pipelines, &self.description);
+        self.scene =
+            device.attempt(|| GpuScene::new(scene, pipelines, self.extent, description))?;
+        Ok(())
     }
 
     /// Returns the device. Once it is lost or destroyed, every later frame is an
