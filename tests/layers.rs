@@ -3,14 +3,14 @@
 use glam::DVec3;
 use relievo::oracle::{Accuracy, AnalyticOracle, MeshOracle, Truth};
 use relievo::prepare::prepare;
-use relievo::render::gpu::{Shaders, signature};
-use relievo::render::{CpuRenderer, Renderer};
+use relievo::render::gpu::{Choice, Shaders, signature};
+use relievo::render::{CpuRenderer, GpuRenderer, Renderer};
 use relievo::scene::Scene;
 use relievo::shape_map::{Pattern, Storage, bake};
 use relievo::verify::compare;
 use relievo::{Files, Limits};
 use relievo_shared::normals::CLASS_CAP;
-use relievo_tests::{Renderers, asset, every_adapter};
+use relievo_tests::{asset, every_adapter};
 use std::path::Path;
 
 /// An SVG document of 100 × 100 units with one path.
@@ -100,7 +100,6 @@ fn layers_have_the_same_words_on_gpu_and_cpu_in_every_tier() {
         .filter(|found| found.takes_spirv())
     {
         let fuses = Shaders::Fused.suit(&signature(&found.open().unwrap()).unwrap());
-        let mut renderers = Renderers::default();
         for tier in ["planar", "fast", "accurate"] {
             let mut scene = windows("torus", [0.0, 2.3, 3.4], [12, 5], tier);
             scene.size = [160, 120];
@@ -112,7 +111,7 @@ fn layers_have_the_same_words_on_gpu_and_cpu_in_every_tier() {
                 if shaders == Shaders::Fused && !fuses {
                     continue;
                 }
-                let gpu = renderers.show(&scene, &found, shaders);
+                let mut gpu = GpuRenderer::new(&scene, &found, Choice::These(shaders)).unwrap();
                 let on_gpu = gpu.color(&scene.frame).unwrap();
                 let geometry_on_gpu = gpu.geometry(&scene.frame).unwrap();
                 let agreement = compare([&on_gpu, &color], [&geometry_on_gpu, &geometry]);

@@ -64,8 +64,8 @@ pub fn every_adapter() -> Vec<Adapter> {
     all
 }
 
-/// Renderers, one for each adapter and each kind of shaders: a driver compiles its shaders once, and
-/// not for every scene.
+/// Renderers, one for each adapter and each kind of shaders: a driver compiles a shader once for all
+/// scenes. Each keeps its last scene on the device.
 #[derive(Default)]
 pub struct Renderers(Vec<(String, Shaders, GpuRenderer)>);
 

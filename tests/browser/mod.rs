@@ -143,7 +143,7 @@ impl Page {
         // WebGPU output does not reach the page.
         let arguments = [
             "--window-size=1000,1000",
-            // It may end the process for the GPU on a slow machine: the page then finds no WebGPU.
+            // On a slow machine the watchdog may end the GPU process: the page then finds no WebGPU.
             "--disable-gpu-watchdog",
             "--enable-unsafe-webgpu",
             "--use-webgpu-adapter=swiftshader",

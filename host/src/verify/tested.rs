@@ -29,8 +29,6 @@ pub struct Tested {
     pub shaders: Vec<Shaders>,
     /// The results; a module for each of `shaders`.
     pub report: AdapterReport,
-    /// One for each of `shaders`, made for the first picture.
-    renderers: Vec<Option<GpuRenderer>>,
 }
 
 impl Tested {
@@ -54,12 +52,10 @@ impl Tested {
             .collect();
         let mut report = AdapterReport::new(&adapter, signature.as_ref());
         report.modules = shaders.iter().copied().map(ModuleReport::new).collect();
-        let renderers = shaders.iter().map(|_| None).collect();
         Ok(Tested {
             adapter,
             shaders,
             report,
-            renderers,
         })
     }
 
@@ -78,17 +74,11 @@ impl Tested {
         let cpu_color = cpu.color(frame)?;
         let cpu_geometry = cpu.geometry(frame)?;
         for tested in all {
-            let modules = tested.report.modules.iter_mut().zip(&mut tested.renderers);
-            for (&shaders, (module, renderer)) in tested.shaders.iter().zip(modules) {
+            let modules = tested.shaders.iter().zip(&mut tested.report.modules);
+            for (&shaders, module) in modules {
                 progress(format!("{name}, {}", shaders.describe()));
                 let choice = Choice::These(shaders);
-                let gpu = match renderer {
-                    Some(gpu) => {
-                        gpu.set_scene(scene)?;
-                        gpu
-                    }
-                    None => renderer.insert(GpuRenderer::new(scene, &tested.adapter, choice)?),
-                };
+                let mut gpu = GpuRenderer::new(scene, &tested.adapter, choice)?;
                 let color = gpu.color(frame)?;
                 let geometry = gpu.geometry(frame)?;
                 let agreement = compare([&color, &cpu_color], [&geometry, &cpu_geometry]);

@@ -146,11 +146,11 @@ impl GpuRenderer {
         })
     }
 
-    /// Renders `scene` from now on. The pipelines that it shares with scenes before are not made
-    /// again: compiling their shaders takes a driver most of the time until the first frame.
+    /// Replaces the scene, and keeps the device and the pipelines: a driver compiles only the shaders
+    /// that no earlier scene has needed. The device holds both scenes until the new one is uploaded.
     ///
     /// # Errors
-    /// As [`GpuRenderer::new`]; the scene before stays.
+    /// As [`GpuRenderer::new`]; the earlier scene stays.
     pub fn set_scene(&mut self, scene: &PreparedScene) -> Result<(), RenderError> {
         let device = self.device.clone();
         let (pipelines, description) = (&mut self.pipelines, &self.description);
