@@ -27,7 +27,9 @@ pub struct PreparedLighting {
 impl PreparedLighting {
     /// Returns whether patterns that are smaller than a pixel are averaged.
     pub fn has_charts(&self) -> bool {
-        self.finishes.iter().any(|finish| finish.chart.levels != 0)
+        self.finishes
+            .iter()
+            .any(|finish| finish.chart.image.levels != 0)
     }
 
     /// Returns the words of all shadow maps.

@@ -91,10 +91,22 @@ pub struct Finish {
     pub side: u32,
     /// Width of a cell, texels of the map.
     pub cell_width: Real,
-    /// What the pattern is on average ([`mean`](super::mean)); no levels where it is not asked for.
-    pub chart: Image,
-    /// Mean width of the gaps between its parts, texels of the chart.
+    /// What the pattern is on average.
+    pub chart: Chart,
+}
+
+/// What a pattern is on average ([`mean`](super::mean)).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[repr(C)]
+pub struct Chart {
+    /// How much of it is cap, and how its outline runs; no levels where that is not asked for.
+    pub image: Image,
+    /// Mean width of the gaps between its parts, texels of the image.
     pub gap: Real,
+    /// How much of its outline runs along u and v, 0…1; 0 of outlines that run in all directions.
+    pub order: Real,
+    /// Mean way along u and along v from part to part, repeats.
+    pub way: [Real; 2],
 }
 
 /// Number of finishes of an object, or of each of its mesh's materials: one for each class that
@@ -198,7 +210,7 @@ pub const REFLECTANCE_SIZE: u32 = 32;
 const _: () = {
     use core::mem::size_of;
     assert!(size_of::<Image>() == 16 && size_of::<Material>() == 132);
-    assert!(size_of::<Finish>() == 216 && size_of::<FacetMaterial>() == 20);
+    assert!(size_of::<Finish>() == 228 && size_of::<FacetMaterial>() == 20);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
     assert!(size_of::<Lighting>() == 160);
 };

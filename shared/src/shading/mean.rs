@@ -9,27 +9,27 @@
 //! A texel of the chart is four numbers: the share of the cap, and xx / [`MOST`], yy / [`MOST`] and
 //! ½ + xy / [`MOST`] of the sum, 1 / texels.
 
-use super::edges::pixel::growth_across;
+mod grooves;
+
+pub use grooves::MOST;
+
 use super::edges::{Shares, from_code};
 use super::image::{Footprint, sample_over};
 use super::layout::{Finish, Light, Lighting};
 use super::lights::{self, Incoming};
 use super::material::finish_of;
 use super::{Tables, shade_under};
-use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
+use crate::arithmetic::{abs, clamp, div, kept, kept3, max, sqrt};
 use crate::camera::{on_plane, pixel_ray};
 use crate::contract::check3;
 use crate::gbuffer::{Hits, MeshFrame, Sample};
 use crate::layout::{Frame, vec2, vec3};
-use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
+use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
 use crate::trace::word;
 use crate::{Real, Vec2, Vec3};
-use glam::{UVec4, Vec4};
+use glam::UVec4;
+use grooves::{Grooves, LEAST_COSINE, Pattern, gap, of_family, texels};
 
-/// Largest xx or yy of a texel of the chart, and twice the largest xy: what is larger is cut off.
-pub const MOST: Real = 1.5;
-/// Least cosine between the mesh and the direction to the eye or to a light.
-const LEAST_COSINE: Real = 0.02;
 /// Where the mesh faces the ray by this share of what it does beside a pixel, it turns away too fast
 /// for a plane. The mean is full from this share + 1 / scale on.
 const TURNS: Real = 0.85;
@@ -40,29 +40,6 @@ const ALIKE: Real = 0.9;
 const ALIKE_SLOPE: Real = 0.25;
 /// How many times a groove may be narrower than the mean of the gaps of its pattern.
 pub const MOST_UNEVEN: Real = 2.0;
-/// Least outline per area, and least share of an area.
-const LEAST: Real = 1e-4;
-/// How much of what both families hide is hidden twice: all in square holes, nothing around
-/// square parts.
-const BOTH: Real = 0.75;
-/// Mean of |cos| over all directions.
-const EVEN: Real = core::f32::consts::FRAC_2_PI;
-/// Cosine and sine of how far two directions are from that to the eye, which have the mean square of the
-/// cosine of all sides of a round groove that are seen: 2 / 3.
-const EVEN_SIDE: (Real, Real) = (0.816_496_6, 0.577_350_3);
-
-/// The pattern around a pixel as two families of straight grooves. Lengths are world units.
-#[derive(Clone, Copy, Debug)]
-struct Pattern {
-    /// Unit normal of the outlines of the first family, along growing u and v on the mesh; that of
-    /// the second one is across.
-    first: Vec2,
-    /// How much the families differ: 0 where the outline runs in all directions alike, 1 where
-    /// all of it is of the first family.
-    order: Real,
-    /// Width of the grooves of each family, if those of the other one take no place.
-    width: Vec2,
-}
 
 /// Which shares of an area are seen; the rest is floor.
 #[derive(Clone, Copy, Debug)]
@@ -82,23 +59,6 @@ struct View {
     cap: Sample,
     /// Repeats of the pattern per world unit along u and v.
     rate: Vec2,
-}
-
-/// The grooves at a pixel. Two-dimensional vectors lie on the mesh, across those of each family.
-#[derive(Clone, Copy, Debug)]
-struct Grooves {
-    /// Unit normal of the mesh, world axes.
-    normal: Vec3,
-    /// Unit direction across the grooves of the first family.
-    first: Vec3,
-    /// See [`Pattern`].
-    order: Real,
-    width: Vec2,
-    depth: Real,
-    /// How far sides of each family grow towards the middle of a groove.
-    growth: Vec2,
-    /// Width of a groove from side to side.
-    gap: Real,
 }
 
 /// Number of steps. The first one finds the pattern; each of the others shades a part of it.
@@ -152,7 +112,7 @@ fn may_be_seen<T: Tables + ?Sized, H: Hits + ?Sized>(
         return false;
     }
     let finish = tables.finish(finish_of(&hit));
-    if finish.chart.levels == 0 {
+    if finish.chart.image.levels == 0 {
         return false;
     }
     let facing = -kept(hits.mesh(x, y).normal.dot(pixel_ray(frame, x, y)));
@@ -225,6 +185,16 @@ impl View {
         }
     }
 
+    /// Returns the grooves of `pattern`.
+    #[inline]
+    fn grooves<T: Tables + ?Sized>(&self, tables: &T, pattern: &Pattern) -> Grooves {
+        let View {
+            mesh, cap, rate, ..
+        } = self;
+        let finish = tables.finish(finish_of(cap));
+        Grooves::new(finish, mesh, cap.unit, *rate, pattern)
+    }
+
     /// Returns the place on the ray at the depth fraction `depth_fraction` above or below `cap`, on a
     /// surface that faces as the mesh does.
     #[inline]
@@ -252,22 +222,6 @@ impl View {
             ..*cap
         }
     }
-}
-
-/// Returns texels of the chart of `finish` per world unit along u and v, where `rate` repeats of the
-/// pattern are.
-#[inline]
-fn texels(finish: &Finish, rate: Vec2) -> Vec2 {
-    let chart = &finish.chart;
-    rate * Vec2::new(chart.width as i32 as Real, chart.height as i32 as Real)
-}
-
-/// Returns the mean width of the pattern's gaps, world units, where `rate` repeats of it are a world unit
-/// along u and v.
-#[inline]
-fn gap(finish: &Finish, rate: Vec2) -> Real {
-    let texels = texels(finish, rate);
-    div(finish.gap, max(sqrt(texels.x * texels.y), 1e-12))
 }
 
 /// Returns how far the ray along `direction` goes per unit of depth below `mesh`: along itself, and
@@ -357,11 +311,11 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
             cap.uv + way * rate * 0.5
         };
         let scale = if is_cap { rate } else { rate * longer };
-        let found = sample_over(tables, &finish.chart, at, &footprint.scaled(scale));
+        let found = sample_over(tables, &finish.chart.image, at, &footprint.scaled(scale));
         if is_cap {
             cap_share = clamp(found.x, 0.0, 1.0);
         } else {
-            pattern = Pattern::new(found, texels(finish, rate));
+            pattern = Pattern::new(found, texels(finish, rate), finish.chart.order);
             // The cap is known to the pixel; what lies in the grooves is not.
             let width = pattern.width.x;
             let of = |pixel: Real| clamp(div(pixel, width) - 1.0, 0.0, 1.0);
@@ -375,248 +329,17 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
         }
         which += 1;
     }
-    let grooves = Grooves::new(tables, view, &pattern);
+    let grooves = view.grooves(tables, &pattern);
     let sides = grooves.sides(view.direction);
     let first = div(sides.x, pattern.width.x);
     let second = div(sides.y, pattern.width.y);
-    let side = (1.0 - cap_share) * (1.0 - left(first, second));
+    let side = (1.0 - cap_share) * (1.0 - grooves.left(first, second));
     let first = div(first, max(first + second, 1e-12)) * side;
     let seen = Seen {
         cap: cap_share,
         sides: Vec2::new(first, max(side - first, 0.0)),
     };
     (pattern, seen, weight)
-}
-
-impl Pattern {
-    /// What takes the place of a pattern that is not seen.
-    const NONE: Pattern = Pattern {
-        first: Vec2::X,
-        order: 0.0,
-        width: Vec2::ONE,
-    };
-
-    /// Returns that of a texel of the chart, of which `texels` are a world unit along u and v.
-    #[inline]
-    fn new(texel: Vec4, texels: Vec2) -> Pattern {
-        let xx = texel.y * MOST * texels.x;
-        let yy = texel.z * MOST * texels.y;
-        let xy = (texel.w - 0.5) * MOST * sqrt(texels.x * texels.y);
-        // The eigenvectors, of the matrix over its trace.
-        let outline = xx + yy;
-        let inverse = div(1.0, max(outline, 1e-12));
-        let difference = 0.5 * (xx - yy) * inverse;
-        let mixed = xy * inverse;
-        let half_order = min(sqrt(difference * difference + mixed * mixed), 0.5);
-        let cosine = clamp(div(difference, max(half_order, 1e-6)), -1.0, 1.0);
-        let second = sqrt(max(0.5 - 0.5 * cosine, 0.0));
-        let groove = max(1.0 - texel.x, LEAST);
-        // Each family has some outline, so that its grooves have a width.
-        let width = |share: Real| div(2.0 * groove, max(share, LEAST) * outline + 1e-12);
-        Pattern {
-            first: Vec2::new(
-                sqrt(max(0.5 + 0.5 * cosine, 0.0)),
-                if mixed < 0.0 { -second } else { second },
-            ),
-            order: 2.0 * half_order,
-            width: Vec2::new(width(0.5 + half_order), width(0.5 - half_order)),
-        }
-    }
-}
-
-/// Returns the share of a floor that is left where the grooves of either family hide these shares of
-/// it: between that of holes, where some is hidden twice, and that around parts that stand apart.
-#[inline]
-fn left(first: Real, second: Real) -> Real {
-    let [first, second] = [min(first, 1.0), min(second, 1.0)];
-    max(1.0 - first - second + BOTH * first * second, 0.0)
-}
-
-impl Grooves {
-    /// Returns those of `pattern` in `view`.
-    #[inline]
-    fn new<T: Tables + ?Sized>(tables: &T, view: &View, pattern: &Pattern) -> Grooves {
-        let View {
-            mesh, cap, rate, ..
-        } = view;
-        let finish = tables.finish(finish_of(cap));
-        let Pattern {
-            first,
-            order,
-            width,
-        } = *pattern;
-        Grooves {
-            normal: mesh.normal,
-            first: mesh.along_u * first.x + mesh.along_v() * first.y,
-            order,
-            width,
-            depth: finish.depth * cap.unit,
-            growth: Vec2::new(
-                growth_across(finish, *rate, first.x),
-                growth_across(finish, *rate, first.y),
-            ),
-            gap: max(gap(finish, *rate), 1e-12),
-        }
-    }
-
-    /// Returns how far the ray along `direction` goes along the mesh per unit of depth.
-    #[inline]
-    fn along(&self, direction: Vec3) -> Vec2 {
-        let inverse = div(1.0, max(-kept(self.normal.dot(direction)), LEAST_COSINE));
-        let second = self.normal.cross(self.first);
-        let along = Vec2::new(kept(self.first.dot(direction)), kept(second.dot(direction)));
-        along * inverse
-    }
-
-    /// Returns how far a ray that goes `along` the mesh per unit of depth is shifted by the depth,
-    /// across the grooves of each family.
-    #[inline]
-    fn shift(&self, along: Vec2) -> Vec2 {
-        let even = EVEN * (1.0 - self.order) * sqrt(kept(along.dot(along)));
-        let across = |along: Real| (even + self.order * abs(along)) * self.depth;
-        Vec2::new(across(along.x), across(along.y))
-    }
-
-    /// Returns down to which part of the depth sides of one family reach: they meet there if they lean
-    /// enough.
-    #[inline]
-    fn deepest(&self, is_second: bool) -> Real {
-        let growth = of_family(self.growth, is_second);
-        min(div(self.gap, max(2.0 * growth, 1e-12)), 1.0)
-    }
-
-    /// Returns how wide both sides of a groove of each family are, as seen along `direction`.
-    #[inline]
-    fn sides(&self, direction: Vec3) -> Vec2 {
-        let shift = self.shift(self.along(direction));
-        let width = |shift: Real, growth: Real| growth + max(growth, shift);
-        Vec2::new(width(shift.x, self.growth.x), width(shift.y, self.growth.y))
-    }
-
-    /// Returns the share of what is seen of the sides of one family along `direction` that faces away
-    /// from the eye: something, if they lean back by more than it looks from the side.
-    #[inline]
-    fn away(&self, direction: Vec3, is_second: bool) -> Real {
-        let shift = of_family(self.shift(self.along(direction)), is_second);
-        let growth = of_family(self.growth, is_second);
-        div(max(growth - shift, 0.0), max(2.0 * growth, 1e-12))
-    }
-
-    /// Returns the sides of one family that face the eye, which looks along `direction`, or away from
-    /// it, at the place `half_way` down.
-    #[inline]
-    fn side(
-        &self,
-        direction: Vec3,
-        is_second: bool,
-        is_away: bool,
-        mesh: &MeshFrame,
-        half_way: &Sample,
-        class: u32,
-    ) -> Sample {
-        let (gap, depth) = (self.gap, self.depth);
-        let along = self.along(direction);
-        let length = sqrt(kept(along.dot(along)));
-        let towards = -along * div(1.0, max(length, 1e-12));
-        let faces = if is_second { towards.y } else { towards.x };
-        let sign = if faces < 0.0 { -1.0 } else { 1.0 };
-        // What runs in all directions faces the eye from both sides.
-        let beside = Vec2::new(-towards.y, towards.x);
-        let beside = if of_family(beside, is_second) * sign < 0.0 {
-            -beside
-        } else {
-            beside
-        };
-        let own = sign * self.order;
-        let even = (towards * EVEN_SIDE.0 + beside * EVEN_SIDE.1) * (1.0 - self.order);
-        let facing = if is_second {
-            Vec2::new(even.x, even.y + own)
-        } else {
-            Vec2::new(even.x + own, even.y)
-        };
-        let facing = if is_away { -facing } else { facing };
-        let second = self.normal.cross(self.first);
-        let upright = normalize_or(self.first * facing.x + second * facing.y, self.first);
-        let lean = div(of_family(self.growth, is_second), max(depth, 1e-12));
-        let normal = normalize_or(upright + self.normal * lean, upright);
-        let is_along_v = abs(upright.dot(mesh.along_u)) > abs(upright.dot(mesh.along_v()));
-        let deep = depth * self.deepest(is_second);
-        let sky = 0.5 - 0.5 * div(deep, sqrt(gap * gap + deep * deep) + gap);
-        let side = Sample {
-            class,
-            normal,
-            openness: if class == CLASS_BEVEL {
-                0.5 + 0.5 * sky
-            } else {
-                0.25 + 0.5 * sky
-            },
-            ..*half_way
-        };
-        side.along_outline(mesh, self.normal.cross(upright), is_along_v)
-    }
-
-    /// Returns the share of the sky that the floor sees, 0…1.
-    #[inline]
-    fn floor_openness(&self) -> Real {
-        let depth = self.depth;
-        let open = |width: Real| div(width, sqrt(width * width + depth * depth) + depth);
-        open(self.width.x) * open(self.width.y)
-    }
-
-    /// Returns the share of what is seen of the floor or of the sides of one family along `direction`
-    /// that `incoming` light reaches, where shadows are looked up at this distance above surfaces.
-    #[inline]
-    fn lit(
-        &self,
-        direction: Vec3,
-        is_floor: bool,
-        is_second: bool,
-        incoming: &Incoming,
-        lift: Real,
-    ) -> Real {
-        let eye = self.along(direction);
-        let light = self.along(-incoming.direction);
-        let (seen, lit) = (self.shift(eye), self.shift(light));
-        if is_floor {
-            // How much of the shadow lies where the eye does not see: all of it if both look from
-            // the same side.
-            let lengths = sqrt(kept(eye.dot(eye)) * kept(light.dot(light)));
-            let even = clamp(div(kept(eye.dot(light)), max(lengths, 1e-12)), 0.0, 1.0);
-            let shallower = max(1.0 - div(lift, max(self.depth, 1e-12)), 0.0);
-            let hidden = |eye: Real, light: Real, seen: Real, lit: Real, is_second: bool| {
-                let growth = of_family(self.growth, is_second);
-                let width = of_family(self.width, is_second);
-                let is_same = (eye < 0.0) == (light < 0.0);
-                let same = even + self.order * (if is_same { 1.0 } else { 0.0 } - even);
-                let foot = div(1.0, max(width - 2.0 * growth, 1e-12));
-                let seen = max(seen - growth, 0.0);
-                let lit = max(lit * shallower - growth, 0.0);
-                let apart = seen + lit;
-                let both = apart + (max(seen, lit) - apart) * same;
-                Vec2::new(seen * foot, both * foot)
-            };
-            let first = hidden(eye.x, light.x, seen.x, lit.x, false);
-            let second = hidden(eye.y, light.y, seen.y, lit.y, true);
-            let seen = max(left(first.x, second.x), 1e-6);
-            min(div(left(first.y, second.y), seen), 1.0)
-        } else {
-            let gap = max(self.gap - lift, 0.0);
-            let (seen, lit) = (of_family(seen, is_second), of_family(lit, is_second));
-            // Down to which part of the depth, in straight grooves and in round ones.
-            let growth = of_family(self.growth, is_second);
-            let deepest = self.deepest(is_second);
-            let deep = |gap: Real, shift: Real| min(div(gap, max(shift + growth, 1e-12)), deepest);
-            let straight = min(div(deep(gap, lit), deep(self.gap, seen)), 1.0);
-            let round = div(2.0 * self.gap + seen, 2.0 * self.gap + seen + lit);
-            round + (straight - round) * self.order
-        }
-    }
-}
-
-/// Returns what `of_both` says of one family.
-#[inline]
-fn of_family(of_both: Vec2, is_second: bool) -> Real {
-    if is_second { of_both.y } else { of_both.x }
 }
 
 /// Returns the linear RGB of the mean that pixel (`x`, `y`) shows, and how much of it is seen, 0…1.
@@ -648,7 +371,7 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
                     end = STEPS;
                 }
             } else {
-                let grooves = Grooves::new(tables, &view, &pattern);
+                let grooves = view.grooves(tables, &pattern);
                 rgb += part(tables, frame, lighting, &view, &grooves, &seen, step);
             }
         }

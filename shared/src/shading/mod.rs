@@ -13,7 +13,7 @@ pub mod material;
 pub mod mean;
 pub mod shadow_map;
 
-pub use layout::{FacetMaterial, Finish, Image, Light, Lighting, Material, ShadowMap};
+pub use layout::{Chart, FacetMaterial, Finish, Image, Light, Lighting, Material, ShadowMap};
 
 use crate::arithmetic::{clamp, div, kept3, max};
 use crate::camera::pixel_ray;

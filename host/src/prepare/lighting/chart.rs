@@ -1,25 +1,35 @@
 //! The chart of a pattern: how much of it is cap, and how its outline runs, for
 //! [`relievo_shared::shading::mean`].
 
-use super::pictures::Levels;
 use crate::shape_map::ShapeMap;
 use glam::Vec2;
 use image::{Rgba, Rgba32FImage};
 use rayon::prelude::*;
+use relievo_shared::shading::Chart;
 use relievo_shared::shading::image::halved;
 use relievo_shared::shading::mean::{MOST, MOST_UNEVEN};
 
-/// A chart, with what shading has to know of it.
-pub(super) struct Chart {
-    pub(super) levels: Levels,
-    /// Mean width of the pattern's gaps, texels of the chart.
-    pub(super) gap: f32,
+/// Least share of an outline along u and v, of one that does not run in all directions. That of a circle
+/// is 0.36.
+const LEAST_ORDER: f32 = 0.8;
+
+/// Returns the chart of `map`, whose pattern reaches to the distance `radius`, texels, without its image,
+/// and the size of that.
+pub(super) fn chart(map: &ShapeMap, radius: f32) -> (Chart, [u32; 2]) {
+    let (size, gap) = size(map, gap(map, radius));
+    let chart = Chart {
+        gap,
+        order: order(map, radius),
+        way: way(map, radius),
+        ..Chart::default()
+    };
+    (chart, size)
 }
 
 /// Returns the size of the chart of `map`, whose gaps have the mean width `gap`, texels of the map, and
 /// that width in texels of the chart. No pixel that reads the chart is narrower than its texels, unless
 /// it is slanted.
-pub(super) fn size(map: &ShapeMap, gap: f32) -> ([u32; 2], f32) {
+fn size(map: &ShapeMap, gap: f32) -> ([u32; 2], f32) {
     let full = [map.width(), map.height()];
     let (mut size, mut rest) = (full, gap);
     while rest >= 2.0 * MOST_UNEVEN && size[0].min(size[1]) > 1 {
@@ -36,7 +46,7 @@ pub(super) fn area([width, height]: [u32; 2]) -> u64 {
 
 /// Returns the first level of the chart of `map`, whose pattern reaches to the distance `radius`,
 /// texels. The outline between the centres of four texels of the map belongs to the first of them.
-pub(super) fn chart(map: &ShapeMap, radius: f32, size: [u32; 2]) -> Rgba32FImage {
+pub(super) fn image(map: &ShapeMap, radius: f32, size: [u32; 2]) -> Rgba32FImage {
     let map_size = [map.width(), map.height()];
     let gap = |x: u32, y: u32| map.decode(x % map_size[0], y % map_size[1]) - radius;
     // Texels of the map that a texel of the chart takes the place of.
@@ -78,7 +88,7 @@ pub(super) fn chart(map: &ShapeMap, radius: f32, size: [u32; 2]) -> Rgba32FImage
 
 /// Returns the mean width of the gaps of the pattern of `map`, which reaches to the distance `radius`,
 /// texels: four times the mean distance from their sides, as between straight ones.
-pub(super) fn gap(map: &ShapeMap, radius: f32) -> f32 {
+fn gap(map: &ShapeMap, radius: f32) -> f32 {
     let rows: Vec<(f64, u64)> = (0..map.height())
         .into_par_iter()
         .map(|y| {
@@ -94,6 +104,58 @@ pub(super) fn gap(map: &ShapeMap, radius: f32) -> f32 {
         .into_iter()
         .fold((0.0, 0), |(sum, count), row| (sum + row.0, count + row.1));
     (4.0 * sum / count.max(1) as f64) as f32
+}
+
+/// Returns how much of the outline of the pattern of `map`, which reaches to the distance `radius`,
+/// texels, runs along u and v; 0 if less than [`LEAST_ORDER`] does.
+fn order(map: &ShapeMap, radius: f32) -> f32 {
+    let (width, height) = (map.width(), map.height());
+    let gap = |x: u32, y: u32| map.decode(x % width, y % height) - radius;
+    let rows: Vec<[f64; 2]> = (0..height)
+        .into_par_iter()
+        .map(|y| {
+            (0..width).fold([0.0; 2], |[slanted, length], x| {
+                let corners = [gap(x, y), gap(x + 1, y), gap(x + 1, y + 1), gap(x, y + 1)];
+                let [xx, yy, xy] = outline(corners).map(f64::from);
+                [slanted + 2.0 * xy.abs(), length + xx + yy]
+            })
+        })
+        .collect();
+    let sum = |part: usize| rows.iter().map(|row| row[part]).sum::<f64>();
+    let order = 1.0 - sum(0) / sum(1).max(1e-9);
+    match order as f32 {
+        order if order < LEAST_ORDER => 0.0,
+        order => order,
+    }
+}
+
+/// Returns the mean way from part to part of the pattern of `map`, which reaches to the distance `radius`,
+/// texels, along u and along v: repeats. It is 1 where there are no parts.
+fn way(map: &ShapeMap, radius: f32) -> [f32; 2] {
+    let size = [map.width(), map.height()];
+    [0, 1].map(|axis| {
+        let is_gap = |line: u32, at: u32| {
+            let [x, y] = [[at, line], [line, at]][axis];
+            map.decode(x, y) > radius
+        };
+        let lines = (0..size[1 - axis]).into_par_iter().map(|line| {
+            let gaps = (0..size[axis]).filter(|at| is_gap(line, *at));
+            let (begins, texels) = gaps.fold((0, 0), |(begins, texels), at| {
+                let before = (at + size[axis] - 1) % size[axis];
+                (begins + u64::from(!is_gap(line, before)), texels + 1)
+            });
+            // A line that meets no part has no way from one to another.
+            match begins {
+                0 => (0, 0),
+                begins => (begins, texels),
+            }
+        });
+        let sum = |a: (u64, u64), b: (u64, u64)| (a.0 + b.0, a.1 + b.1);
+        match lines.reduce(|| (0, 0), sum) {
+            (0, _) => 1.0,
+            (begins, texels) => texels as f32 / (begins as f32 * size[axis] as f32),
+        }
+    })
 }
 
 /// Returns xx, yy and xy of the sum of m mᵀ over the outline in a square whose corners have these
@@ -133,7 +195,7 @@ mod tests {
         let solid = (0..size * size).map(|i| is_solid(centre(i % size), centre(i / size)));
         let pattern = Pattern::from_pixels(size, size, solid.collect::<Vec<_>>()).unwrap();
         let map = bake(&pattern, Storage::R32F, &|_| ());
-        let chart = chart(&map, 0.0, [size; 2]);
+        let chart = image(&map, 0.0, [size; 2]);
         let sums = chart.pixels().fold([0.0; 4], |sums, pixel| {
             [0, 1, 2, 3].map(|i| sums[i] + f64::from(pixel.0[i]))
         });
@@ -163,6 +225,38 @@ mod tests {
     }
 
     #[test]
+    fn bricks_run_along_u_and_v_and_discs_do_not() {
+        let found = |is_solid: fn(f64, f64) -> bool| {
+            let centre = |i: u32| f64::from(i) + 0.5;
+            let solid = (0..64 * 64).map(|i| is_solid(centre(i % 64), centre(i / 64)));
+            let pattern = Pattern::from_pixels(64, 64, solid.collect::<Vec<_>>()).unwrap();
+            chart(&bake(&pattern, Storage::R32F, &|_| ()), 0.0).0
+        };
+        // Joints of 4 texels between courses of 28, and of 8 between bricks.
+        let bricks = found(|x, y| y % 32.0 >= 4.0 && (x + 32.0 * (y / 32.0).floor()) % 64.0 >= 8.0);
+        // Corners are cut off.
+        assert!(bricks.order > 0.97, "{bricks:?}");
+        // Columns in a joint between bricks go on through it.
+        let v = (48.0 * 2.0 * 4.0 + 16.0 * 36.0) / (48.0 * 2.0 + 16.0) / 64.0;
+        let [along_u, along_v] = bricks.way;
+        assert!((along_u - 8.0 / 64.0).abs() < 1e-6, "{along_u}");
+        assert!((along_v - v).abs() < 1e-6, "{along_v} {v}");
+        let holes = found(|x, y| (x - 32.0).abs().max((y - 32.0).abs()) > 10.0);
+        assert!(
+            holes.order > 0.95 && holes.way == [20.0 / 64.0; 2],
+            "{holes:?}"
+        );
+        let discs = found(|x, y| (x - 32.0).hypot(y - 32.0) < 20.0);
+        assert_eq!(discs.order, 0.0);
+        // No part, and nothing else.
+        for solid in [true, false] {
+            let pattern = Pattern::from_pixels(2, 2, [solid; 4]).unwrap();
+            let (chart, _) = chart(&bake(&pattern, Storage::R32F, &|_| ()), 0.0);
+            assert_eq!(chart.way, [1.0; 2]);
+        }
+    }
+
+    #[test]
     fn a_chart_is_as_fine_as_gaps_ask_for() {
         let solid = (0..64 * 64).map(|i| i % 64 < 24).collect::<Vec<_>>();
         let pattern = Pattern::from_pixels(64, 64, solid).unwrap();
@@ -170,7 +264,7 @@ mod tests {
         // 40 of 64 texels become 2.5 of 4.
         let (size, gap) = size(&map, gap(&map, 0.0));
         assert!(size == [4, 4] && (gap - 2.5).abs() < 0.01, "{size:?} {gap}");
-        let chart = chart(&map, 0.0, size);
+        let chart = image(&map, 0.0, size);
         let sums = chart.pixels().fold([0.0; 2], |[cap, xx], pixel| {
             [cap + pixel.0[0], xx + pixel.0[1]]
         });

@@ -6,9 +6,9 @@ use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
 use super::bakes::Bakes;
 use super::cells::{Cells, cells};
-use super::chart::{self, Chart};
+use super::chart;
 use super::of_meshes::OfMeshes;
-use super::pictures::{Encoding, Pictures, TEXEL, levels};
+use super::pictures::{Encoding, Levels, Pictures, TEXEL, levels};
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::MeshTriangle;
@@ -20,7 +20,7 @@ use relievo_shared::layout::{FORMAT_PAPER, Object};
 use relievo_shared::normals::{CLASS_BEVEL, CLASS_WALL};
 use relievo_shared::profile::{Profile, grows_mostly, growth, rim};
 use relievo_shared::shading::layout::FINISHES;
-use relievo_shared::shading::{FacetMaterial, Finish, Image, Material};
+use relievo_shared::shading::{Chart, FacetMaterial, Finish, Image, Material};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -108,8 +108,7 @@ pub(super) fn finishes(
             };
             let (cells, cell_width) =
                 cells_of(scene, &layer, map, &mut bakes.cells, words, account)?;
-            let (chart, gap) =
-                chart_of(scene, object, prepared, &mut bakes.charts, words, account)?;
+            let chart = chart_of(scene, object, prepared, &mut bakes.charts, words, account)?;
             // In the order of the classes; `None` is that of the mesh.
             let mut classes: Vec<(Option<Material>, Image)> = Vec::new();
             for (name, color) in [
@@ -154,7 +153,6 @@ pub(super) fn finishes(
                     },
                     cell_width,
                     chart,
-                    gap,
                 }));
             }
         }
@@ -197,16 +195,15 @@ fn cells_of(
     Ok((image, area.sqrt() as f32))
 }
 
-/// Returns the chart of an object's pattern, if smooth edges are asked for, and the mean width of its
-/// gaps, texels of the chart.
+/// Returns the chart of an object's pattern, if smooth edges are asked for.
 fn chart_of(
     scene: &Scene,
     object: &SceneObject,
     prepared: &PreparedObject,
-    known: &mut Memo<(Same<ShapeMap>, f32), Chart>,
+    known: &mut Memo<(Same<ShapeMap>, f32), (Levels, Chart)>,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
-) -> Result<(Image, f32), Error> {
+) -> Result<Chart, Error> {
     let Object {
         map_format,
         cut_out,
@@ -216,24 +213,28 @@ fn chart_of(
     // no surface of the object. Layers have no mean.
     let has_none = map_format == FORMAT_PAPER || cut_out != 0 || !prepared.layers.is_empty();
     if !scene.smooth_edges || has_none {
-        return Ok((Image::default(), 0.0));
+        return Ok(Chart::default());
     }
     let map = &prepared.map;
     let radius = Profile::new(&prepared.parameters).radius(0.0);
     let key = (Same(map.clone()), radius);
-    let chart = match known.get(&key) {
-        Some(chart) => {
-            account.take(&object.shape, chart.levels.texels(), TEXEL)?;
-            chart
+    let found = match known.get(&key) {
+        Some(found) => {
+            account.take(&object.shape, found.0.texels(), TEXEL)?;
+            found
         }
         None => {
-            let (size, gap) = chart::size(map, chart::gap(map, radius));
+            let (chart, size) = chart::chart(map, radius);
             account.take(&object.shape, chart::area(size), TEXEL)?;
-            let levels = levels(chart::chart(map, radius, size));
-            known.insert(key, Chart { levels, gap })
+            let image = levels(chart::image(map, radius, size));
+            known.insert(key, (image, chart))
         }
     };
-    Ok((chart.levels.append(words), chart.gap))
+    let (image, chart) = &*found;
+    Ok(Chart {
+        image: image.append(words),
+        ..*chart
+    })
 }
 
 /// Returns how the pattern lies on a triangle with the materials of `slot`.

@@ -463,14 +463,22 @@ fn objects_that_differ_by_their_place_share_their_materials() {
     assert_eq!(finishes, [0, 0, 1]);
 }
 
+/// An azimuth that is not along the pattern's axes.
+const ASIDE: f64 = 0.59;
+
 /// Returns the mean linear RGB of a plate with `pattern`, 64 times along each side, whose grooves are
 /// half as deep as the pattern is wide and grow by `bevel` of its width, seen from `elevation` degrees
-/// above it: from one sample with smooth edges in each of 8 × 8 pixels, and from 64 times as many
-/// along each side.
-fn far_plate(pattern: &Pattern, bevel: f64, elevation: f64, light: &LightSource) -> [[f64; 3]; 2] {
+/// above it, at a quarter of a turn for an `azimuth` of 1: from one sample with smooth edges in each of
+/// 8 × 8 pixels, and from 64 times as many along each side.
+fn far_plate(
+    pattern: &Pattern,
+    bevel: f64,
+    [elevation, azimuth]: [f64; 2],
+    light: &LightSource,
+) -> [[f64; 3]; 2] {
     let (sine, cosine) = elevation.to_radians().sin_cos();
-    // Not along the pattern's axes.
-    let eye = DVec3::new(0.6 * cosine, sine, 0.8 * cosine) * 20.0;
+    let (across, along) = (azimuth * std::f64::consts::FRAC_PI_2).sin_cos();
+    let eye = DVec3::new(along * cosine, sine, across * cosine) * 20.0;
     let plain = |color| Color(color);
     let object = SceneObject::new(plate(1.0, 0.0), pattern.clone())
         .repeat(64.0, 64.0)
@@ -552,7 +560,7 @@ fn assert_lit_alike(pattern: &Pattern, bevel: f64, most: f64, what: &str) {
             direction,
             ..LightSource::default()
         };
-        let colors = far_plate(pattern, bevel, 50.0, &light);
+        let colors = far_plate(pattern, bevel, [50.0, ASIDE], &light);
         assert_alike(colors, most, &format!("{what} {direction:?}"));
     }
 }
@@ -567,9 +575,42 @@ fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
     };
     for (index, pattern) in small_patterns().iter().enumerate() {
         for elevation in [80.0, 50.0, 25.0] {
-            let colors = far_plate(pattern, 0.0, elevation, &dark);
+            let colors = far_plate(pattern, 0.0, [elevation, ASIDE], &dark);
             assert_alike(colors, 0.035, &format!("{index} {elevation}"));
         }
+    }
+}
+
+/// Of bricks, the joints that run along the direction of the eye hide nothing.
+#[test]
+fn the_mean_of_bricks_has_the_shares_that_are_seen_along_their_joints() {
+    let dark = LightSource {
+        intensity: 0.0,
+        casts_shadows: false,
+        ..LightSource::default()
+    };
+    let bricks = &small_patterns()[1];
+    // Across the long joints, some rays meet a joint between bricks, and go farther than most.
+    for (azimuth, most) in [(0.0, 0.035), (0.05, 0.035), (1.0, 0.045)] {
+        for elevation in [50.0, 25.0] {
+            let colors = far_plate(bricks, 0.0, [elevation, azimuth], &dark);
+            assert_alike(colors, most, &format!("{elevation} {azimuth}"));
+        }
+    }
+}
+
+/// Shadows that are looked up above the grooves leave leaning sides in the light.
+#[test]
+fn the_mean_of_a_small_pattern_is_lit_where_shadow_maps_are_coarse() {
+    let light = LightSource {
+        direction: [0.3, 1.0, 0.2],
+        shadow_size: 64,
+        ..LightSource::default()
+    };
+    let patterns = small_patterns();
+    for (index, most) in [(0, 0.06), (1, 0.06), (2, 0.14), (3, 0.06)] {
+        let colors = far_plate(&patterns[index], 0.1, [50.0, ASIDE], &light);
+        assert_alike(colors, most, &format!("{index}"));
     }
 }
 
