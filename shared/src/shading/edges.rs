@@ -1,23 +1,25 @@
-//! Smooth edges: which shares of a pixel belong to its neighbours, and to a side between them
+//! Smooth edges: which shares of a pixel belong to its neighbours, and to sides and floor between them
 //! that none of them shows.
 //!
 //! The surfaces that two neighbours hit end somewhere between the centres of their pixels: at the
 //! [edge](crate::edge) that one of them knows; else where their tangent planes meet, unless they are one
-//! surface that curves; else, if one hides the other, where the nearer one turns away from the eye. On a side, what is known of its edge
-//! at the cap tells where its bevel or its wall ends, too; and on a cap, where the side below its edge
-//! ends.
+//! surface that curves; else, if one hides the other, where the nearer one turns away from the eye; else
+//! where their [stairs] on the picture tell. On a side, what is known of its edge at the cap tells where
+//! its bevel or its wall ends, too; and on a cap, where the side below its edge ends.
 //!
 //! A pixel is divided along one axis, that along which less of it is its own: an edge that
 //! crosses both meets the other one at a flatter angle.
 
 pub(super) mod pixel;
+mod stairs;
 
 use super::Tables;
 use super::material::finish_of;
-use crate::arithmetic::{abs, clamp, div, kept3, max, min, normalize_or, sqrt};
+use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::gbuffer::{Hits, MeshFrame, Sample};
 use crate::layout::{Frame, vec3};
-use crate::normals::{CLASS_CAP, CLASS_FLOOR};
+use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
+use crate::openness::hidden;
 use crate::{Real, Vec2, Vec3};
 use glam::IVec2;
 use pixel::{Pixel, STEP, growth};
@@ -31,13 +33,13 @@ pub struct Division {
     pub before: Real,
     /// Share of the one to the right or below, 0…½.
     pub after: Real,
-    /// Share of sides that no pixel shows, 0…1.
+    /// Share of sides and floor that no pixel shows, 0…1.
     pub between: Real,
-    /// The wider one of them, if that is not 0.
-    side: Between,
+    /// The wider one of those places, if that is not 0.
+    groove: Between,
 }
 
-/// A side between a pixel and a neighbour.
+/// What lies between a pixel and a neighbour.
 #[derive(Clone, Copy, Debug)]
 struct Between {
     /// Which neighbour: see [`step_of`].
@@ -60,6 +62,12 @@ impl Ends {
     fn meeting(at: Real) -> Ends {
         Ends { own: at, other: at }
     }
+
+    /// Returns the share of what lies between in the pixel of the one.
+    #[inline]
+    fn between(&self) -> Real {
+        max(0.5 - self.own, 0.0) - max(0.5 - self.other, 0.0)
+    }
 }
 
 /// Where there is no edge before the other centre.
@@ -67,6 +75,10 @@ const NONE: Ends = Ends {
     own: 1.0,
     other: 1.0,
 };
+/// Place of an edge that no hit knows, between the pixels.
+const UNKNOWN: Real = 0.5;
+/// Least cosine between a cap and the direction to the eye, of what lies below it.
+const LEAST_FACING: Real = 0.02;
 /// Steps of a share in its code.
 const SHARES: Real = 510.0;
 /// Places of the codes of `before` and `after` above the class, and the flag `is_down`.
@@ -151,11 +163,23 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
                 }
             } else {
                 // They meet where the one that is even knows its edge, else where the side does.
-                let is_at_end = if is_even(class) {
-                    end <= 1.0
+                let is_own_even = is_even(class);
+                let (is_known, is_other_known) = (end <= 1.0, begin >= 0.0);
+                let is_at_end = if is_own_even {
+                    is_known
                 } else {
-                    begin < 0.0
+                    !is_other_known
                 };
+                let to_side = if is_own_even { 1.0 } else { -1.0 };
+                let away = kept(beyond.hit.edge.direction.dot(as_vec(step))) * to_side;
+                let is_opposite = even.hit.class == CLASS_CAP && away >= 0.0;
+                // Between a cap and the side below the opposite one is floor, unless the cap hides it.
+                if is_opposite && is_known && is_other_known && end < begin {
+                    return Ends {
+                        own: end,
+                        other: begin,
+                    };
+                }
                 if is_at_end {
                     begin = end;
                 } else {
@@ -203,8 +227,7 @@ fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
     } else {
         max(known_other, 1.0 - horizon)
     };
-    // Where it is not known, between the pixels.
-    Ends::meeting(if abs(end - 0.5) <= 0.5 { end } else { 0.5 })
+    Ends::meeting(if abs(end - 0.5) <= 0.5 { end } else { UNKNOWN })
 }
 
 /// Returns how pixel (`x`, `y`) of `frame` is divided.
@@ -225,15 +248,16 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
         before: 0.0,
         after: 0.0,
         between: 0.0,
-        side: Between {
+        groove: Between {
             which: 0,
             ends: NONE,
         },
     };
+    let size = IVec2::new(frame.size[0] as i32, frame.size[1] as i32);
+    // A bit for each neighbour.
+    let mut unknown = 0;
     let mut found = nothing;
     let mut axis = nothing;
-    let mut most = 0.0;
-    let mut widest = 0.0;
     let mut which = 0;
     while which < 4 {
         let is_second = which & 1 == 1;
@@ -241,34 +265,57 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
         let step = step_of(which);
         if !is_second {
             axis = Division { is_down, ..nothing };
-            widest = 0.0;
         }
         let next = at + step;
-        let size = IVec2::new(frame.size[0] as i32, frame.size[1] as i32);
         if next.x >= 0 && next.y >= 0 && next.x < size.x && next.y < size.y {
             let mut other = Pixel::new(frame, hits, next);
             if own.hit.class == CLASS_FLOOR {
                 other.side_width = other.width_of_side(tables, frame);
             }
             let ends = ends(tables, frame, hits, at, &own, &other, step);
+            if ends.own == UNKNOWN && ends.other == UNKNOWN {
+                unknown |= 1 << which;
+            }
             let share = max(0.5 - ends.other, 0.0);
             if is_second {
                 axis.after = share;
             } else {
                 axis.before = share;
             }
-            let width = max(0.5 - ends.own, 0.0) - share;
-            axis.between += width;
-            if width > widest {
-                widest = width;
-                axis.side = Between { which, ends };
+            axis.between += ends.between();
+            if ends.between() > axis.groove.ends.between() {
+                axis.groove = Between { which, ends };
             }
         }
-        let others = axis.before + axis.after + axis.between;
-        if is_second && others > most {
-            most = others;
+        if is_second && axis.others() > found.others() {
             found = axis;
         }
+        which += 1;
+    }
+    if found.others() > 0.0 {
+        unknown = 0;
+    }
+    which = 0;
+    while unknown != 0 {
+        let is_second = which & 1 == 1;
+        if !is_second {
+            axis = Division {
+                is_down: which >= 2,
+                ..nothing
+            };
+        }
+        if unknown & 1 == 1 {
+            let share = stairs::share(hits, size, at, step_of(which));
+            if is_second {
+                axis.after = share;
+            } else {
+                axis.before = share;
+            }
+            if axis.others() > found.others() {
+                found = axis;
+            }
+        }
+        unknown >>= 1;
         which += 1;
     }
     found
@@ -297,66 +344,97 @@ fn ray_step(frame: &Frame, step: IVec2) -> Vec3 {
     vec3(frame.ray_right) * step.x + vec3(frame.ray_down) * step.y
 }
 
-/// Returns the side that `division` has found in pixel (`x`, `y`), between the cap and the floor
-/// of two pixels: the direction towards its middle, and what is there.
+/// Returns what `division` has found between pixel (`x`, `y`) and a neighbour, one of which hits a cap:
+/// the floor or a side. It is the share of what lies between, 0…1, the direction towards its middle, and what
+/// is there.
 #[inline]
-pub fn side<T: Tables + ?Sized, H: Hits + ?Sized>(
+pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
     tables: &T,
     frame: &Frame,
     hits: &H,
-    x: u32,
-    y: u32,
+    (x, y): (u32, u32),
     division: &Division,
-) -> (Vec3, Sample) {
-    let Between { which, ends } = division.side;
+    is_floor: bool,
+) -> (Real, Vec3, Sample) {
+    let Between { which, ends } = division.groove;
     let step = step_of(which);
     let at = IVec2::new(x as i32, y as i32);
     let own = Pixel::new(frame, hits, at);
     let other = Pixel::new(frame, hits, at + step);
+    let is_own = own.hit.class == CLASS_CAP;
+    let (cap, beyond) = if is_own { (own, other) } else { (other, own) };
+    let finish = tables.finish(finish_of(&cap.hit));
+    let depth = finish.depth * cap.hit.unit;
+    let smooth = cap.hit.normal;
+    let upright = cap.outward(frame);
+    // Where the ray goes through the plane of the cap.
     let along = ray_step(frame, step);
-    let (inverse, slope) = own.inverse(along);
-    let (other_inverse, other_slope) = other.inverse(along);
-    let first = max(inverse + slope * ends.own, 0.5 * inverse);
-    let last = max(
-        other_inverse - other_slope * (1.0 - ends.other),
-        0.5 * other_inverse,
-    );
-    let depth = 0.5 * (div(1.0, first) + div(1.0, last));
-    let ray = own.ray + along * (0.5 * (ends.own + ends.other));
-    let length = sqrt(ray.dot(ray));
-    let even = if own.hit.class == CLASS_CAP {
-        own
-    } else {
-        other
+    let (inverse, slope) = cap.inverse(along);
+    let first = if is_own { 0.0 } else { 1.0 };
+    let on_cap = |place: Real| {
+        let inverse = max(inverse + slope * (place - first), 0.5 * inverse);
+        (own.ray + along * place) * div(1.0, inverse)
     };
-    let smooth = even.hit.normal;
-    let upright = even.outward(frame);
-    let finish = tables.finish(finish_of(&even.hit));
-    let growth = growth(tables, finish, &even.hit, upright);
+    let middle = on_cap(0.5 * (ends.own + ends.other));
+    let length = sqrt(middle.dot(middle));
+    let direction = middle * div(1.0, length);
+    let depth_fraction = if is_floor { 1.0 } else { 0.5 };
+    let facing = max(-kept(smooth.dot(direction)), LEAST_FACING);
+    let t = length + div(depth_fraction * depth, facing);
+    let (mut floor, mut floor_openness) = (0.0, beyond.hit.openness);
+    if beyond.hit.class != CLASS_FLOOR {
+        // Of the opposite side, all that is not hidden has been hit.
+        let towards = as_vec(if is_own { step } else { -step });
+        let side = cap.along(towards, cap.width_of_side(tables, frame));
+        floor = max(1.0 - div(side, max(ends.other - ends.own, 1e-6)), 0.0);
+        let width = abs(kept(upright.dot(on_cap(ends.other) - on_cap(ends.own))));
+        floor_openness = 1.0 - 2.0 * hidden(0.5 * width, depth);
+    }
+    if is_floor {
+        let hit = Sample {
+            class: CLASS_FLOOR,
+            t,
+            depth_fraction,
+            openness: floor_openness,
+            ..cap.hit
+        };
+        return (floor, direction, hit);
+    }
+    let growth = growth(tables, finish, &cap.hit, upright);
     let lean = div(growth, max(finish.depth, 1e-12));
     let normal = normalize_or(kept3(upright + smooth * lean), upright);
     let mesh = MeshFrame {
         normal: smooth,
-        along_u: even.hit.tangent,
-        is_mirrored: even.hit.is_mirrored,
+        along_u: cap.hit.tangent,
+        is_mirrored: cap.hit.is_mirrored,
     };
     let outline = smooth.cross(upright);
     let is_along_v = abs(outline.dot(mesh.along_u)) < abs(outline.dot(mesh.along_v()));
-    let floor_openness = min(own.hit.openness, other.hit.openness);
+    // As in `openness`: of the sky, a side sees half of what the floor does.
+    let ground = if finish.side == CLASS_BEVEL {
+        0.5
+    } else {
+        0.25
+    };
     let hit = Sample {
         class: finish.side,
-        t: depth * length,
-        depth_fraction: 0.5,
+        t,
+        depth_fraction,
         normal,
-        // A wall sees half of what its foot does, and the floor's half.
-        openness: 0.25 + 0.25 * floor_openness,
-        ..even.hit
+        openness: ground + 0.25 * floor_openness,
+        ..cap.hit
     }
     .along_outline(&mesh, outline, is_along_v);
-    (ray * div(1.0, length), hit)
+    (1.0 - floor, direction, hit)
 }
 
 impl Division {
+    /// Returns the share that is not its own. Added up each time: kept, it would take a register.
+    #[inline]
+    fn others(&self) -> Real {
+        self.before + self.after + self.between
+    }
+
     /// Returns the class word of a pixel: the class, and the shares of the neighbours.
     #[inline]
     pub fn code(&self, class: u32) -> u32 {

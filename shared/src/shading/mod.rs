@@ -71,35 +71,39 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
     hits: &H,
 ) -> UVec4 {
     let class = hits.sample(x, y).class;
-    let direction = pixel_ray(frame, x, y);
     let division = edges::division(tables, frame, hits, x, y);
-    let (rgb, class) = if class == CLASS_MISS {
-        missed(tables, lighting, direction)
+    let (rgb, code) = if class == CLASS_MISS {
+        let (rgb, class) = missed(tables, lighting, pixel_ray(frame, x, y));
+        (rgb, division.code(class))
     } else {
+        // Before the rest: it takes fewer registers than the shares.
+        let code = division.code(class);
         let own = 1.0 - division.before - division.after;
         let between = clamp(div(division.between, max(own, 1e-3)), 0.0, 1.0);
         let mut rgb = Vec3::ZERO;
-        // The hit, and the side beside it: written once, and in the shader once, since compilers do
-        // not unroll a loop whose end they do not know.
-        let end = if between > 0.0 { 2 } else { 1 };
+        // The hit, and sides and floor beside it: written once, and in the shader once, since compilers
+        // do not unroll a loop whose end they do not know.
+        let end = if between > 0.0 { 3 } else { 1 };
         let mut part = 0;
         while part < end {
-            let is_side = part == 1;
-            let share = if is_side { between } else { 1.0 - between };
+            let (share, ray, hit) = if part > 0 {
+                let is_floor = part == 2;
+                let (share, ray, hit) =
+                    edges::between(tables, frame, hits, (x, y), &division, is_floor);
+                (share * between, ray, hit)
+            } else {
+                // Read again, so that it takes no registers meanwhile.
+                let ray = pixel_ray(frame, x, y);
+                (1.0 - between, ray, hits.sample_on_mesh(x, y))
+            };
             if share > 0.0 {
-                let (ray, hit) = if is_side {
-                    edges::side(tables, frame, hits, x, y, &division)
-                } else {
-                    // Read again, so that it takes no registers meanwhile.
-                    (direction, hits.sample_on_mesh(x, y))
-                };
                 rgb += shade(tables, frame, lighting, ray, &hit) * share;
             }
             part += 1;
         }
-        (rgb, class)
+        (rgb, code)
     };
-    color_words(rgb, division.code(class))
+    color_words(rgb, code)
 }
 
 /// Returns the linear RGB and the class of a pixel without a hit.

@@ -134,8 +134,8 @@ proptest! {
 
     #[test]
     fn shares_survive_their_code(before in 0.0f32..0.5, after in 0.0f32..0.5, is_down: bool) {
-        let side = Between { which: 0, ends: NONE };
-        let division = Division { is_down, before, after, between: 0.0, side };
+        let groove = Between { which: 0, ends: NONE };
+        let division = Division { is_down, before, after, between: 0.0, groove };
         let (class, shares) = from_code(division.code(CLASS_FLOOR));
         prop_assert_eq!((class, shares.is_down), (CLASS_FLOOR, is_down));
         prop_assert!((shares.before - before).abs() < 1e-3);
@@ -228,7 +228,9 @@ fn a_side_that_no_pixel_shows_is_found() {
         assert!((found.between - width).abs() < 0.01, "{x}: {found:?}");
         assert_eq!((found.before, found.after), (0.0, 0.0));
         if width > 0.0 {
-            let (direction, hit) = side(&Materials::new(), &frame, &picture, x, 3, &found);
+            let (share, direction, hit) =
+                between(&Materials::new(), &frame, &picture, (x, 3), &found, false);
+            assert_eq!(share, 1.0);
             assert_eq!((hit.class, hit.finish), (CLASS_WALL, 7));
             assert!(hit.normal.dot(Vec3::X) > 0.999, "{}", hit.normal);
             let place = direction * hit.t;
@@ -290,8 +292,9 @@ fn a_side_faces_the_eye_and_leans_as_its_bevel_does() {
             ),
         ] {
             (materials.0.growth, materials.0.side) = (growth, class);
-            let (direction, hit) = side(&materials, &frame, &picture, x, y, &found);
-            assert_eq!(hit.class, class);
+            let (share, direction, hit) =
+                between(&materials, &frame, &picture, (x, y), &found, false);
+            assert_eq!((share, hit.class), (1.0, class));
             assert!(hit.normal.dot(expected) > 0.99, "{x} {y}: {}", hit.normal);
             assert!(hit.normal.dot(direction) < 0.0);
         }
@@ -391,4 +394,80 @@ fn a_side_knows_where_bevel_and_wall_end() {
     assert_eq!((found.before, found.between), (0.0, 0.0));
     let found = division(&materials, &frame, &picture, 4, 3);
     assert!((found.after - 0.2).abs() < 0.01, "{found:?}");
+}
+
+#[test]
+fn a_border_that_no_hit_knows_is_the_line_through_its_stairs() {
+    // A flat mesh before nothing. Its border falls by a pixel in four.
+    let frame = looking();
+    let border = |x: f32| 0.0012 - 0.25 * x;
+    let picture = draw(&frame, |ray| match ray.y < border(ray.x) {
+        true => hit(CLASS_CAP, 0, ray.length(), Vec3::Z, FAR),
+        false => (UVec4::ZERO, UVec4::ZERO),
+    });
+    // Where steps are not cut off by the picture's border.
+    for x in 2..6 {
+        let column = (0..SIDE).map(|y| {
+            let found = divided(&frame, &picture, x, y);
+            assert!(found.is_down || found.before + found.after == 0.0);
+            assert_eq!(found.between, 0.0);
+            let is_hit = |y: u32| picture.words(x, y).1.x != 0;
+            let part = |is_hit: bool| if is_hit { 1.0 } else { 0.0 };
+            let mut covered = (1.0 - found.before - found.after) * part(is_hit(y));
+            if found.before > 0.0 {
+                covered += found.before * part(is_hit(y - 1));
+            }
+            if found.after > 0.0 {
+                covered += found.after * part(is_hit(y + 1));
+            }
+            covered
+        });
+        let covered: f32 = column.sum();
+        let expected = (border(through(&frame, x as f32, 0.0).x) + 0.04) / 0.01;
+        assert!(
+            (covered - expected).abs() < 0.13,
+            "{x}: {covered} {expected}"
+        );
+    }
+}
+
+#[test]
+fn the_floor_before_an_opposite_side_is_found() {
+    // The floor between a cap, up to 0, and the foot of the opposite bevel is 0.6 pixels wide and lies
+    // between the centres of pixels 3 and 4.
+    let frame = looking();
+    let (cap, foot) = (-0.003, 0.003);
+    let slope = Vec3::new(-1.0, 0.0, 1.0).normalize();
+    let picture = draw(&frame, |ray| {
+        if ray.x < cap {
+            let code = (((cap - ray.x) / 0.01 * 126.0) as u32).min(FAR);
+            hit(CLASS_CAP, 7, ray.length(), Vec3::Z, code)
+        } else if ray.x < 0.011 {
+            // At three quarters of the depth, three times as far from its cap as from the foot.
+            let code = (3.0 * (ray.x - foot) / 0.01 * 126.0) as u32;
+            let t = (1.0 + 0.75 * 0.02) * ray.length();
+            at_depth(hit(CLASS_BEVEL, 7, t, slope, code), 0.75)
+        } else {
+            hit(CLASS_CAP, 7, ray.length(), Vec3::Z, FAR)
+        }
+    });
+    let mut materials = Materials::new();
+    materials.0.rim = 1.0;
+    materials.0.side = CLASS_BEVEL;
+    for (x, width) in [(3, 0.3), (4, 0.3)] {
+        let found = division(&materials, &frame, &picture, x, 4);
+        assert!((found.between - width).abs() < 0.02, "{x}: {found:?}");
+        assert_eq!((found.before, found.after), (0.0, 0.0));
+        let (share, direction, hit) = between(&materials, &frame, &picture, (x, 4), &found, true);
+        // A little of the side below the cap is seen.
+        assert!(share > 0.98, "{share}");
+        assert_eq!((hit.class, hit.finish), (CLASS_FLOOR, 7));
+        assert!(hit.normal.dot(Vec3::Z) > 0.9999);
+        let place = direction * hit.t;
+        assert!(
+            (place.z + 1.02).abs() < 1e-3 && place.x.abs() < 1e-3,
+            "{place}"
+        );
+        assert!(hit.openness > 0.0 && hit.openness < 0.5, "{}", hit.openness);
+    }
 }
