@@ -19,7 +19,7 @@ use std::sync::OnceLock;
 
 /// Shaders that spill scalar registers to lanes of vector ones, by generation and folder.
 /// They must become fewer.
-const SPILL: [(&str, &str, &[&str]); 10] = [
+const SPILL: [(&str, &str, &[&str]); 9] = [
     // Four to ten registers.
     ("RDNA2", "relievo_exact", PRISMS),
     // Six registers and one.
@@ -30,9 +30,7 @@ const SPILL: [(&str, &str, &[&str]); 10] = [
     ("RDNA2", "relievo_exact", LAYERS),
     ("RDNA2", "relievo_fused", LAYERS.split_at(2).0),
     ("RDNA2", "relievo_fast", LAYERS.split_at(1).0),
-    // Two registers, in a module that such a device does not draw with: it fuses sums.
-    ("RDNA3", "relievo_exact", &["shade_edges"]),
-    // Six registers, and 28 in the exact module, as above.
+    // Four registers, and 21 in the exact module.
     ("RDNA2", "relievo_exact", &["shade_edges"]),
     ("RDNA2", "relievo_fused", &["shade_edges"]),
     ("RDNA2", "relievo_fast", &["shade_edges"]),
