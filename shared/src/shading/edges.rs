@@ -4,7 +4,7 @@
 //! The surfaces that two neighbours hit end somewhere between the centres of their pixels: at the
 //! [edge](crate::edge) that one of them knows; else where their tangent planes meet, unless they are one
 //! surface that curves; else, if one hides the other, where the nearer one turns away from the eye; else
-//! where their [stairs] on the picture tell. On a side, what is known of its edge at the cap tells where
+//! where their stairs on the picture tell. On a side, what is known of its edge at the cap tells where
 //! its bevel or its wall ends, too; and on a cap, where the side below its edge ends.
 //!
 //! A pixel is divided along one axis, that along which less of it is its own: an edge that
