@@ -48,7 +48,6 @@ pub(super) fn area([width, height]: [u32; 2]) -> u64 {
 /// texels. The outline between the centres of four texels of the map belongs to the first of them.
 pub(super) fn image(map: &ShapeMap, radius: f32, size: [u32; 2]) -> Rgba32FImage {
     let map_size = [map.width(), map.height()];
-    let gap = |x: u32, y: u32| map.decode(x % map_size[0], y % map_size[1]) - radius;
     // Texels of the map that a texel of the chart takes the place of.
     let covered = |index: u32, axis: usize| {
         let edge =
@@ -68,7 +67,7 @@ pub(super) fn image(map: &ShapeMap, radius: f32, size: [u32; 2]) -> Rgba32FImage
             let (mut sums, mut count) = ([0.0; 4], 0.0);
             for y in covered(index / size[0], 1) {
                 for x in covered(index % size[0], 0) {
-                    let corners = [gap(x, y), gap(x + 1, y), gap(x + 1, y + 1), gap(x, y + 1)];
+                    let corners = corners(map, radius, x, y);
                     let [xx, yy, xy] = outline(corners);
                     let cap = (0.5 - corners[0]).clamp(0.0, 1.0);
                     for (sum, part) in sums.iter_mut().zip([cap, xx, yy, xy]) {
@@ -109,14 +108,11 @@ fn gap(map: &ShapeMap, radius: f32) -> f32 {
 /// Returns how much of the outline of the pattern of `map`, which reaches to the distance `radius`,
 /// texels, runs along u and v; 0 if less than [`LEAST_ORDER`] does.
 fn order(map: &ShapeMap, radius: f32) -> f32 {
-    let (width, height) = (map.width(), map.height());
-    let gap = |x: u32, y: u32| map.decode(x % width, y % height) - radius;
-    let rows: Vec<[f64; 2]> = (0..height)
+    let rows: Vec<[f64; 2]> = (0..map.height())
         .into_par_iter()
         .map(|y| {
-            (0..width).fold([0.0; 2], |[slanted, length], x| {
-                let corners = [gap(x, y), gap(x + 1, y), gap(x + 1, y + 1), gap(x, y + 1)];
-                let [xx, yy, xy] = outline(corners).map(f64::from);
+            (0..map.width()).fold([0.0; 2], |[slanted, length], x| {
+                let [xx, yy, xy] = outline(corners(map, radius, x, y)).map(f64::from);
                 [slanted + 2.0 * xy.abs(), length + xx + yy]
             })
         })
@@ -156,6 +152,13 @@ fn way(map: &ShapeMap, radius: f32) -> [f32; 2] {
             (begins, texels) => texels as f32 / (begins as f32 * size[axis] as f32),
         }
     })
+}
+
+/// Returns how far the centres of four texels of `map` are from the outline of the pattern, which reaches
+/// to the distance `radius`: of texel (`x`, `y`) and of the next ones, in turn.
+fn corners(map: &ShapeMap, radius: f32, x: u32, y: u32) -> [f32; 4] {
+    let gap = |x: u32, y: u32| map.decode(x % map.width(), y % map.height()) - radius;
+    [gap(x, y), gap(x + 1, y), gap(x + 1, y + 1), gap(x, y + 1)]
 }
 
 /// Returns xx, yy and xy of the sum of m mᵀ over the outline in a square whose corners have these

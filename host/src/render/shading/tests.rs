@@ -565,17 +565,21 @@ fn assert_lit_alike(pattern: &Pattern, bevel: f64, most: f64, what: &str) {
     }
 }
 
-/// What a pixel sees of cap, sides and floor of a pattern that is smaller, against what many samples see.
-#[test]
-fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
-    let dark = LightSource {
+/// Returns a light of intensity 0, for scenes that only an environment lights.
+fn dark() -> LightSource {
+    LightSource {
         intensity: 0.0,
         casts_shadows: false,
         ..LightSource::default()
-    };
+    }
+}
+
+/// What a pixel sees of cap, sides and floor of a pattern that is smaller, against what many samples see.
+#[test]
+fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
     for (index, pattern) in small_patterns().iter().enumerate() {
         for elevation in [80.0, 50.0, 25.0] {
-            let colors = far_plate(pattern, 0.0, [elevation, ASIDE], &dark);
+            let colors = far_plate(pattern, 0.0, [elevation, ASIDE], &dark());
             assert_alike(colors, 0.035, &format!("{index} {elevation}"));
         }
     }
@@ -584,16 +588,11 @@ fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
 /// Of bricks, the joints that run along the direction of the eye hide nothing.
 #[test]
 fn the_mean_of_bricks_has_the_shares_that_are_seen_along_their_joints() {
-    let dark = LightSource {
-        intensity: 0.0,
-        casts_shadows: false,
-        ..LightSource::default()
-    };
     let bricks = &small_patterns()[1];
     // Across the long joints, some rays meet a joint between bricks, and go farther than most.
     for (azimuth, most) in [(0.0, 0.035), (0.05, 0.035), (1.0, 0.045)] {
         for elevation in [50.0, 25.0] {
-            let colors = far_plate(bricks, 0.0, [elevation, azimuth], &dark);
+            let colors = far_plate(bricks, 0.0, [elevation, azimuth], &dark());
             assert_alike(colors, most, &format!("{elevation} {azimuth}"));
         }
     }
