@@ -30,6 +30,10 @@ const OUTSET: Mat3 = Mat3::from_cols_array(&[
 /// as logarithms to base 2.
 const RANGE: [f32; 2] = [-12.47393, 4.026069];
 
+/// Shoulder of AgX: light that is mixed before the curve with these weights is as bright on average as
+/// after it (test `light_mixes_before_agx_as_after_it`).
+const AGX_SHOULDER: f32 = 0.5;
+
 /// Develops the pixels of one picture.
 ///
 /// ```
@@ -53,6 +57,14 @@ impl Developer {
         Developer {
             gain: development.exposure.exp2() as f32,
             tone: development.tone,
+        }
+    }
+
+    /// Returns how fast the curve flattens: see [`Lighting`](relievo_shared::shading::Lighting).
+    pub fn shoulder(&self) -> f32 {
+        match self.tone {
+            Tone::Clip => 0.0,
+            Tone::Agx => AGX_SHOULDER * self.gain,
         }
     }
 
@@ -138,6 +150,62 @@ mod tests {
                 "{odd}: {all:?}"
             );
         }
+    }
+
+    #[test]
+    fn light_mixes_before_agx_as_after_it() {
+        // Two lights on surfaces of a few colours, in shares of tenths.
+        let colors = [
+            [0.8, 0.8, 0.8],
+            [0.4, 0.12, 0.08],
+            [0.1, 0.3, 0.1],
+            [0.05, 0.1, 0.5],
+        ];
+        let lights = [0.02, 0.05, 0.1, 0.25, 0.5, 1.0, 2.0];
+        let mean_error = |exposure: f64, is_weighted: bool| {
+            let developer = Developer::new(&Development { exposure, ..AGX });
+            let shoulder = if is_weighted {
+                developer.shoulder()
+            } else {
+                0.0
+            };
+            let (mut sum, mut count) = (0.0, 0.0);
+            let pairs = (0..lights.len()).flat_map(|i| (0..i).map(move |j| (lights[j], lights[i])));
+            let cases = pairs.flat_map(|(dark, bright)| colors.map(|color| (color, dark, bright)));
+            for (color, dark, bright) in cases {
+                for tenth in 1..10 {
+                    let share = 0.1 * tenth as f32;
+                    let parts = [(dark, 1.0 - share), (bright, share)];
+                    let (mut before, mut after, mut total) = ([0.0; 3], [0.0; 3], 0.0);
+                    for (light, share) in parts {
+                        let rgb = color.map(|x| x * light);
+                        let weight = share / (1.0 + shoulder * rgb.iter().sum::<f32>());
+                        before = array::from_fn(|i| before[i] + rgb[i] * weight);
+                        let shown = developer.shown(rgb);
+                        after = array::from_fn(|i| after[i] + shown[i] * share);
+                        total += weight;
+                    }
+                    let before = developer.shown(before.map(|x| x / total));
+                    for (before, after) in before.into_iter().zip(after) {
+                        sum += srgb(before) - srgb(after);
+                        count += 1.0;
+                    }
+                }
+            }
+            sum / count
+        };
+        for exposure in [-1.0, 0.0, 1.0, 2.0] {
+            let [plain, weighted] = [false, true].map(|is| mean_error(exposure, is));
+            // A step of 8 bits is 0.004. Dark light gets hardly brighter without weights.
+            assert!(weighted.abs() < 0.006, "{exposure}: {weighted}");
+            if exposure >= 0.0 {
+                assert!(
+                    weighted.abs() < 0.3 * plain,
+                    "{exposure}: {plain} {weighted}"
+                );
+            }
+        }
+        assert_eq!(Developer::new(&Development::default()).shoulder(), 0.0);
     }
 
     #[test]

@@ -334,9 +334,9 @@ pub fn growth(object: &Object) -> [Real; 2] {
     [along_u, div(along_u * width, height)]
 }
 
-/// Returns δ at which a straight bevel ends; 0 without one.
+/// Returns δ at which a bevel, a fillet or terraces end; 0 without them.
 pub fn rim(object: &Object) -> Real {
-    if object.profile == STRAIGHT && grows(object) {
+    if object.profile != LAYERED && grows(object) {
         object.chamfer
     } else {
         0.0

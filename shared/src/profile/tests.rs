@@ -177,5 +177,8 @@ fn growth_and_rim_are_those_of_the_radius() {
     assert!((u - 0.05).abs() < 1e-6 && (v - 0.2).abs() < 1e-6, "{u} {v}");
     assert_eq!(rim(&object(STRAIGHT, 0.1, 0.5)), 0.5);
     assert_eq!(rim(&object(STRAIGHT, 0.0, 0.5)), 0.0);
-    assert_eq!(rim(&object(STRAIGHT + 1, 0.1, 0.5)), 0.0);
+    // So do fillets and terraces; each layer has its own.
+    assert_eq!(rim(&object(rounded::Rounded::NUMBER, 0.1, 0.5)), 0.5);
+    assert_eq!(rim(&object(stepped::Stepped::NUMBER, 0.1, 0.5)), 0.5);
+    assert_eq!(rim(&object(LAYERED, 0.1, 0.5)), 0.0);
 }

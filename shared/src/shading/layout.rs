@@ -84,8 +84,8 @@ pub struct Finish {
     pub seed: u32,
     /// How far the pattern grows from cap to floor, repeats along u and v.
     pub growth: [Real; 2],
-    /// δ at which a straight bevel ends: a wall is below it, or the floor if it is 1; 0 without
-    /// such a bevel.
+    /// δ at which a bevel, a fillet or terraces end: a wall is below them, or the floor if it is 1; 0
+    /// without them.
     pub rim: Real,
     /// The class of most of a side, one of the `CLASS_` constants.
     pub side: u32,
@@ -198,6 +198,9 @@ pub struct Lighting {
     pub occlusion: Real,
     /// Index of the first word of the table of reflected shares.
     pub reflectance: u32,
+    /// How fast the tone curve flattens: it is about x / (1 + `shoulder` × s), where s is the sum of the
+    /// channels; 0 without a curve.
+    pub shoulder: Real,
     /// Linear RGB that the environment is multiplied by.
     pub environment_color: [Real; 3],
     /// Irradiance over π, as coefficients of 1, x, y, z, xy, yz, zx, z², x² − y²: linear RGB.
@@ -212,5 +215,5 @@ const _: () = {
     assert!(size_of::<Image>() == 16 && size_of::<Material>() == 132);
     assert!(size_of::<Finish>() == 228 && size_of::<FacetMaterial>() == 20);
     assert!(size_of::<Light>() == 60 && size_of::<ShadowMap>() == 64);
-    assert!(size_of::<Lighting>() == 160);
+    assert!(size_of::<Lighting>() == 164);
 };

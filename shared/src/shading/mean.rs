@@ -15,20 +15,21 @@ pub use grooves::MOST;
 
 use super::edges::{Shares, from_code};
 use super::image::{Footprint, sample_over};
-use super::layout::{Finish, Light, Lighting};
+use super::layout::{Light, Lighting};
 use super::lights::{self, Incoming};
 use super::material::finish_of;
-use super::{Tables, shade_under};
+use super::pattern::{density, gap, texels};
+use super::{Tables, mixed, shade_under};
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, sqrt};
 use crate::camera::{on_plane, pixel_ray};
 use crate::contract::check3;
 use crate::gbuffer::{Hits, MeshFrame, Sample};
-use crate::layout::{Frame, vec2, vec3};
+use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
 use crate::trace::word;
 use crate::{Real, Vec2, Vec3};
 use glam::UVec4;
-use grooves::{Grooves, LEAST_COSINE, Pattern, gap, of_family, texels};
+use grooves::{Grooves, LEAST_COSINE, Pattern, of_family};
 
 /// Where the mesh faces the ray by this share of what it does beside a pixel, it turns away too fast
 /// for a plane. The mean is full from this share + 1 / scale on.
@@ -88,9 +89,15 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     if weight > 0.0 {
         let mean = kept3(mean);
         check3(mean);
-        let own = |word: u32| f32::from_bits(word) * (1.0 - weight);
-        let own = Vec3::new(own(found.x), own(found.y), own(found.z));
-        let rgb = kept3(own + mean * weight);
+        let own = Vec3::new(
+            f32::from_bits(found.x),
+            f32::from_bits(found.y),
+            f32::from_bits(found.z),
+        );
+        let own_weight = (1.0 - weight) * mixed(lighting, own);
+        let mean_weight = weight * mixed(lighting, mean);
+        let total = div(1.0, own_weight + mean_weight);
+        let rgb = kept3((own * own_weight + mean * mean_weight) * total);
         let code = faded(tables, frame, hits, at, found.w, 1.0 - weight);
         UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), code)
     } else {
@@ -236,13 +243,6 @@ fn per_depth(mesh: &MeshFrame, direction: Vec3) -> (Real, Vec2) {
     (inverse, along * inverse)
 }
 
-/// Returns repeats of the pattern per world unit along u and v at `hit`.
-#[inline]
-fn density<T: Tables + ?Sized>(tables: &T, finish: &Finish, hit: &Sample) -> Vec2 {
-    let facet = tables.facet(finish.first_facet + hit.facet);
-    vec2(facet.density) * div(1.0, max(hit.unit, 1e-12))
-}
-
 /// Returns how even the mesh is around pixel (`x`, `y`), which hits something: 1 where it faces the
 /// ray as the pixels beside do, 0 where it turns away within a pixel.
 #[inline]
@@ -351,7 +351,7 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
     hits: &H,
     at: (u32, u32),
 ) -> (Vec3, Real) {
-    let (mut rgb, mut weight) = (Vec3::ZERO, 0.0);
+    let (mut rgb, mut total, mut weight) = (Vec3::ZERO, 0.0, 0.0);
     let mut pattern = Pattern::NONE;
     let mut seen = Seen {
         cap: 1.0,
@@ -372,15 +372,18 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
                 }
             } else {
                 let grooves = view.grooves(tables, &pattern);
-                rgb += part(tables, frame, lighting, &view, &grooves, &seen, step);
+                let (light, share) = part(tables, frame, lighting, &view, &grooves, &seen, step);
+                let share = share * mixed(lighting, light);
+                rgb += light * share;
+                total += share;
             }
         }
         step += 1;
     }
-    (rgb, weight)
+    (rgb * div(1.0, max(total, 1e-12)), weight)
 }
 
-/// Returns what the part of `grooves` that `step` shades adds to the mean.
+/// Returns the light of the part of `grooves` that `step` shades, and its share of the mean.
 #[inline]
 fn part<T: Tables + ?Sized>(
     tables: &T,
@@ -390,7 +393,7 @@ fn part<T: Tables + ?Sized>(
     grooves: &Grooves,
     seen: &Seen,
     step: u32,
-) -> Vec3 {
+) -> (Vec3, Real) {
     let View {
         direction,
         mesh,
@@ -408,7 +411,7 @@ fn part<T: Tables + ?Sized>(
         of_family(seen.sides, is_second) * if is_away { away } else { 1.0 - away }
     };
     if share <= 0.0 {
-        return Vec3::ZERO;
+        return (Vec3::ZERO, 0.0);
     }
     let finish = tables.finish(finish_of(&cap));
     let down = if is_cap {
@@ -439,5 +442,6 @@ fn part<T: Tables + ?Sized>(
         };
         own * lights::arriving(tables, light, on_cap, grooves.normal)
     };
-    shade_under(tables, frame, lighting, direction, &hit, arriving) * share
+    let light = shade_under(tables, frame, lighting, direction, &hit, arriving);
+    (light, share)
 }

@@ -11,6 +11,7 @@ pub mod layout;
 pub mod lights;
 pub mod material;
 pub mod mean;
+mod pattern;
 pub mod shadow_map;
 
 pub use layout::{Chart, FacetMaterial, Finish, Image, Light, Lighting, Material, ShadowMap};
@@ -80,7 +81,7 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
         let code = division.code(class);
         let own = 1.0 - division.before - division.after;
         let between = clamp(div(division.between, max(own, 1e-3)), 0.0, 1.0);
-        let mut rgb = Vec3::ZERO;
+        let (mut rgb, mut total) = (Vec3::ZERO, 0.0);
         // The hit, and sides and floor beside it: written once, and in the shader once, since compilers
         // do not unroll a loop whose end they do not know.
         let end = if between > 0.0 { 3 } else { 1 };
@@ -97,11 +98,14 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
                 (1.0 - between, ray, hits.sample_on_mesh(x, y))
             };
             if share > 0.0 {
-                rgb += shade(tables, frame, lighting, ray, &hit) * share;
+                let light = shade(tables, frame, lighting, ray, &hit);
+                let weight = share * mixed(lighting, light);
+                rgb += light * weight;
+                total += weight;
             }
             part += 1;
         }
-        (rgb, code)
+        (rgb * div(1.0, total), code)
     };
     color_words(rgb, code)
 }
@@ -115,6 +119,13 @@ fn missed<T: Tables + ?Sized>(tables: &T, lighting: &Lighting, direction: Vec3) 
     } else {
         (vec3(lighting.background), CLASS_MISS)
     }
+}
+
+/// Returns the weight of `rgb` where it is mixed with other light before the tone curve, so that the
+/// curve shows about the mean of what it would show of each (Karis, "Tone mapping", 2013).
+#[inline]
+fn mixed(lighting: &Lighting, rgb: Vec3) -> Real {
+    div(1.0, 1.0 + lighting.shoulder * (rgb.x + rgb.y + rgb.z))
 }
 
 /// Returns the words of a pixel: linear RGB, and its class word.

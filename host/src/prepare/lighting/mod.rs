@@ -32,6 +32,7 @@ use crate::Error;
 use crate::limits::Account;
 use crate::mesh::Bounds;
 use crate::scene::Scene;
+use crate::tone::Developer;
 use reflectance::reflectance;
 use relievo_shared::shading::Lighting;
 
@@ -66,6 +67,7 @@ pub(super) fn prepare_lighting(
             shows_environment: u32::from(environment.is_visible && baked.environment_levels > 0),
             lights: lights.lights.len() as u32,
             reflectance: 0,
+            shoulder: Developer::new(&scene.development).shoulder(),
             occlusion: environment.occlusion as f32,
             ..baked
         },

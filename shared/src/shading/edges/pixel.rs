@@ -1,13 +1,13 @@
 //! A pixel with what it hits, and how far the surface there reaches on the picture.
 
 use super::super::Tables;
-use super::super::layout::Finish;
 use super::super::material::finish_of;
+use super::super::pattern::{density, gap, growth};
 use crate::arithmetic::{abs, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::camera::through;
 use crate::gbuffer::{Hits, Sample, is_side};
-use crate::layout::{Frame, vec2, vec3};
-use crate::normals::{CLASS_CAP, CLASS_MISS, CLASS_WALL};
+use crate::layout::{Frame, vec3};
+use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 use crate::{Real, Vec2, Vec3};
 use glam::IVec2;
 
@@ -132,30 +132,70 @@ impl Pixel {
     }
 
     /// Returns the width of the side below the near edge of a cap, pixels across the edge: as far as
-    /// the rim of the bevel hides the rest of it, or down to its foot; 0 of anything else.
+    /// the rim of the bevel hides the rest of it, or down to its foot; or of the wall above the near edge of
+    /// a floor, up to the rim. It is 0 of anything else.
     #[inline]
     pub(super) fn width_of_side<T: Tables + ?Sized>(&self, tables: &T, frame: &Frame) -> Real {
-        let Pixel {
-            ray, hit, depth, ..
-        } = *self;
-        if hit.class != CLASS_CAP || !hit.edge.is_near {
+        let is_cap = self.hit.class == CLASS_CAP;
+        if !(is_cap || self.hit.class == CLASS_FLOOR) || !self.hit.edge.is_near {
             return 0.0;
         }
+        let (aside, down) = self.side(tables, frame);
+        let rim = tables.finish(finish_of(&self.hit)).rim;
+        let width = if is_cap {
+            aside + max(down, down * rim)
+        } else if rim > 0.0 {
+            down * (rim - 1.0)
+        } else {
+            0.0
+        };
+        max(width, 0.0)
+    }
+
+    /// Returns how far a side at the edge of a cap or a floor reaches on the picture, pixels across the edge:
+    /// by what it grows, and by its depth, which is negative where the eye looks along it.
+    #[inline]
+    pub(super) fn side<T: Tables + ?Sized>(&self, tables: &T, frame: &Frame) -> (Real, Real) {
+        let hit = self.hit;
         let finish = tables.finish(finish_of(&hit));
         let outward = self.outward(frame);
-        let ray = ray + self.way_to_edge(frame) * hit.edge.distance;
-        // How far a vector reaches across the edge on the picture, per unit of its length: a pixel is
-        // as wide as high.
-        let across = self.along_edge(frame).cross(ray);
-        let right = vec3(frame.ray_right);
-        let scale = div(1.0, kept(right.dot(right)) * depth);
-        let pixels = |v: Vec3| kept(across.dot(v)) * scale;
+        let at_edge = self.ray + self.way_to_edge(frame) * hit.edge.distance;
+        let across = self.across_edge(frame, at_edge);
         let growth = growth(tables, finish, &hit, outward) * hit.unit;
-        let foot = -pixels(hit.normal) * finish.depth * hit.unit;
-        max(
-            abs(pixels(outward)) * growth + max(foot, foot * finish.rim),
-            0.0,
+        let aside = abs(kept(across.dot(outward))) * growth;
+        (
+            aside,
+            -kept(across.dot(hit.normal)) * finish.depth * hit.unit,
         )
+    }
+
+    /// Returns the vector whose product with another one says how far that reaches across the edge on the
+    /// picture, pixels, as `ray` sees it: they are as wide as high.
+    #[inline]
+    fn across_edge(&self, frame: &Frame, ray: Vec3) -> Vec3 {
+        let right = vec3(frame.ray_right);
+        let scale = div(1.0, kept(right.dot(right)) * self.depth);
+        kept3(self.along_edge(frame).cross(ray)) * scale
+    }
+
+    /// Returns the mean width of the gaps of the pattern at a cap, pixels across an edge that is in the
+    /// direction `to_edge` on the picture; 0 if it is not known.
+    #[inline]
+    pub(super) fn gap<T: Tables + ?Sized>(&self, tables: &T, frame: &Frame, to_edge: Vec2) -> Real {
+        let mut cap = *self;
+        cap.hit.edge.direction = to_edge;
+        let across = cap.across_edge(frame, cap.ray);
+        abs(kept(across.dot(cap.outward(frame)))) * self.gap_width(tables)
+    }
+
+    /// Returns the mean width of the gaps of the pattern at a cap, world units; 0 if it is not known.
+    #[inline]
+    pub(super) fn gap_width<T: Tables + ?Sized>(&self, tables: &T) -> Real {
+        let finish = tables.finish(finish_of(&self.hit));
+        if finish.chart.image.levels == 0 {
+            return 0.0;
+        }
+        gap(finish, density(tables, finish, &self.hit))
     }
 
     /// Returns how long `width` across the edge is along `step`, which leads to it.
@@ -220,27 +260,4 @@ impl Pixel {
             BEYOND
         }
     }
-}
-
-/// Returns how far the pattern grows from cap to floor, in the unit of which `density` repeats are one,
-/// across an outline whose normal has the part `along_u` along u.
-#[inline]
-pub(crate) fn growth_across(finish: &Finish, density: Vec2, along_u: Real) -> Real {
-    let growth = vec2(finish.growth);
-    let u = div(growth.x, max(density.x, 1e-12)) * along_u;
-    let v = div(growth.y, max(density.y, 1e-12));
-    sqrt(kept(u * u + v * v * max(1.0 - along_u * along_u, 0.0)))
-}
-
-/// Returns how far the pattern grows from cap to floor along the unit vector `across` its outline,
-/// object units, at a `hit` on a cap or a floor of `finish`.
-#[inline]
-pub(super) fn growth<T: Tables + ?Sized>(
-    tables: &T,
-    finish: &Finish,
-    hit: &Sample,
-    across: Vec3,
-) -> Real {
-    let facet = tables.facet(finish.first_facet + hit.facet);
-    growth_across(finish, vec2(facet.density), kept(across.dot(hit.tangent)))
 }

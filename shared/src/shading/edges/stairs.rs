@@ -1,10 +1,12 @@
 //! Edges that no hit knows, such as the border of a flat mesh. On the picture they are stairs: the
 //! line through the middles of their risers is taken for the edge (Reshetov, "Morphological
-//! antialiasing", 2009).
+//! antialiasing", 2009). Where they make an arc, it is where the surface turns away from the eye.
 
+use super::pixel::Pixel;
 use crate::Real;
 use crate::arithmetic::{abs, div, max};
 use crate::gbuffer::{Hits, Sample};
+use crate::layout::Frame;
 use crate::normals::CLASS_MISS;
 use glam::IVec2;
 
@@ -50,10 +52,11 @@ impl Side {
     }
 }
 
-/// Returns the share of the neighbour along `step` in pixel `at` of a picture of `size` pixels, 0…½, where
-/// the edge between both is not known.
+/// Returns the share of the neighbour along `step` in pixel `at` of `frame`, 0…½, where the edge between
+/// both is not known.
 #[inline]
-pub(super) fn share<H: Hits + ?Sized>(hits: &H, size: IVec2, at: IVec2, step: IVec2) -> Real {
+pub(super) fn share<H: Hits + ?Sized>(frame: &Frame, hits: &H, at: IVec2, step: IVec2) -> Real {
+    let size = IVec2::new(frame.size[0] as i32, frame.size[1] as i32);
     let own = Side::new(hits, at);
     let other = Side::new(hits, at + step);
     let is_inside = |p: IVec2| p.x >= 0 && p.y >= 0 && p.x < size.x && p.y < size.y;
@@ -92,9 +95,31 @@ pub(super) fn share<H: Hits + ?Sized>(hits: &H, size: IVec2, at: IVec2, step: IV
         which += 1;
     }
     if abs(shifts) > 0.5 {
-        // Both on one side: the edge is an arc, as much beyond the border of the pixels as before it.
-        return 0.0;
+        // Both on one side.
+        return max(0.5 - horizon(frame, hits, at, step), 0.0);
     }
     // The line leads from the riser to the middle between both.
     max(-shift * (1.0 - 2.0 * div(nearest, both)), 0.0)
+}
+
+/// Returns where the nearer one of what pixel `at` of `frame` and its neighbour along `step` hit turns away
+/// from the eye, pixels along `step`; ½ if that is not between them.
+#[inline]
+fn horizon<H: Hits + ?Sized>(frame: &Frame, hits: &H, at: IVec2, step: IVec2) -> Real {
+    let own = Pixel::new(frame, hits, at);
+    let other = Pixel::new(frame, hits, at + step);
+    let is_own = own.is_hit() && (!other.is_hit() || own.depth < other.depth);
+    let (nearer, before) = if is_own {
+        (own, at - step)
+    } else {
+        (other, at + step + step)
+    };
+    let place = nearer.horizon(&Pixel::new(frame, hits, before));
+    if place > 1.0 {
+        0.5
+    } else if is_own {
+        place
+    } else {
+        1.0 - place
+    }
 }

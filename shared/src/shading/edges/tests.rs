@@ -2,9 +2,9 @@ use super::*;
 use crate::camera::tests::frame;
 use crate::camera::through;
 use crate::gbuffer::octahedral;
-use crate::normals::{CLASS_BEVEL, CLASS_WALL};
+use crate::normals::{CLASS_CAP, CLASS_WALL};
 
-use crate::shading::{FacetMaterial, Finish, Light, ShadowMap};
+use crate::shading::{Chart, FacetMaterial, Finish, Image, Light, ShadowMap};
 use crate::shape_map::Texels;
 use glam::UVec4;
 use proptest::prelude::*;
@@ -470,4 +470,143 @@ fn the_floor_before_an_opposite_side_is_found() {
         );
         assert!(hit.openness > 0.0 && hit.openness < 0.5, "{}", hit.openness);
     }
+}
+
+/// Returns the code of an edge that is at `place` on the x axis at distance 1, to the left or the right.
+fn edge_at(ray: Vec3, place: f32) -> u32 {
+    let pixels = (ray.x - place).abs() / 0.01;
+    let direction = if place < ray.x { 32 } else { 0 };
+    ((pixels * 126.0) as u32).min(FAR) | direction << 7
+}
+
+/// Returns materials on a pattern whose gaps are 0.006 wide and run along u or v.
+fn with_gaps() -> Materials {
+    let mut materials = Materials::new();
+    materials.0.rim = 1.0;
+    materials.0.side = CLASS_BEVEL;
+    // 100 texels are 0.5 wide.
+    materials.0.chart = Chart {
+        image: Image {
+            width: 100,
+            height: 100,
+            levels: 1,
+            ..Image::default()
+        },
+        gap: 1.2,
+        order: 1.0,
+        ..Chart::default()
+    };
+    materials
+}
+
+#[test]
+fn a_cap_that_knows_another_edge_begins_a_gap_after_the_opposite_one() {
+    // Caps up to -0.001 and from 0.005. The bevel at 45 degrees between them is seen in pixel 4, from
+    // the first cap to the second one; that one is nearer to its edge at 0.017.
+    let frame = looking();
+    let slope = Vec3::new(1.0, 0.0, 1.0).normalize();
+    let picture = draw(&frame, |ray| {
+        if ray.x < -0.001 || ray.x > 0.01 {
+            let place = if ray.x < 0.0 { -0.001 } else { 0.017 };
+            let code = edge_at(ray, place);
+            hit(CLASS_CAP, 7, ray.length(), Vec3::Z, code)
+        } else {
+            let deep = 0.02 * (ray.x + 0.001) / 0.02;
+            let code = edge_at(ray, -0.001);
+            let bevel = hit(CLASS_BEVEL, 7, (1.0 + deep) * ray.length(), slope, code);
+            at_depth(bevel, deep / 0.02)
+        }
+    });
+    let mut materials = with_gaps();
+    let found = division(&materials, &frame, &picture, 4, 4);
+    // The pixel is from 0 to 0.01.
+    assert!(!found.is_down && found.between == 0.0);
+    assert!((found.after - 0.5).abs() < 0.02, "{found:?}");
+    // Without gaps that are known, the foot of the bevel would be its end.
+    materials.0.chart = Chart::default();
+    let found = division(&materials, &frame, &picture, 4, 4);
+    assert_eq!((found.before, found.after), (0.0, 0.0));
+}
+
+#[test]
+fn a_gap_between_two_caps_that_no_pixel_shows_is_found() {
+    // From -0.004 to 0.002, between the centres of pixels 3 and 4. Both know it, or one of them, the other
+    // one being nearer to another edge.
+    let frame = looking();
+    for (knows_left, knows_right) in [(true, true), (true, false), (false, true)] {
+        let picture = draw(&frame, |ray| {
+            let (near, far, knows) = match ray.x < 0.0 {
+                true => (-0.004, -0.0155, knows_left),
+                false => (0.002, 0.0155, knows_right),
+            };
+            let code = edge_at(ray, if knows { near } else { far });
+            hit(CLASS_CAP, 7, ray.length(), Vec3::Z, code)
+        });
+        let mut materials = with_gaps();
+        for (x, width) in [(3, 0.4), (4, 0.2)] {
+            let found = division(&materials, &frame, &picture, x, 4);
+            assert!((found.between - width).abs() < 0.02, "{x}: {found:?}");
+            let (sides, ..) = between(&materials, &frame, &picture, (x, 4), &found, false);
+            let (floor, direction, hit) =
+                between(&materials, &frame, &picture, (x, 4), &found, true);
+            assert!(floor > 0.9 && (sides + floor - 1.0).abs() < 1e-6, "{floor}");
+            assert_eq!(hit.class, CLASS_FLOOR);
+            assert!(((direction * hit.t).z + 1.02).abs() < 1e-3);
+        }
+        // Where outlines run in all directions, they are not so straight.
+        materials.0.chart.order = 0.0;
+        let found = division(&materials, &frame, &picture, 3, 4);
+        assert_eq!(found.between, 0.0);
+    }
+}
+
+#[test]
+fn the_wall_between_a_floor_and_its_bevel_is_found() {
+    // The ground, seen from above at 63 degrees: a floor, whose wall rises away from the eye up to the
+    // rim of a bevel. The wall is less than a pixel wide, and no pixel's centre is on it.
+    let tilt = Vec3::new(0.0, -1.0, -0.5).normalize();
+    let frame = frame(Vec3::new(0.0, 1.0, 0.0), tilt, SIDE, SIDE, 0.04);
+    let (eye, down) = (vec3(frame.eye), vec3(frame.ray_down));
+    let row = |way: Vec3| {
+        let first = vec3(frame.ray_first);
+        (way / way.dot(tilt) - first).dot(down) / down.length_squared()
+    };
+    let up = |y: f32, ray: Vec3| ray * ((y - 1.0) / ray.y);
+    let mut materials = Materials::new();
+    materials.0.rim = 0.6;
+    let foot = row(Vec3::new(0.0, -0.02, -0.51) - eye);
+    let rim = row(Vec3::new(0.0, -0.012, -0.51) - eye);
+    assert!(foot - rim > 0.2 && foot.floor() == rim.floor());
+    let picture = draw(&frame, |ray| {
+        let distance = row(ray) - foot;
+        if distance >= 0.0 {
+            let code = ((distance * 126.0) as u32).min(FAR);
+            hit(
+                CLASS_FLOOR,
+                1,
+                up(-0.02, ray).length(),
+                Vec3::Y,
+                code | 48 << 7,
+            )
+        } else {
+            let slope = Vec3::new(0.0, 1.0, 1.0).normalize();
+            let bevel = hit(CLASS_BEVEL, 1, up(-0.008, ray).length(), slope, FAR);
+            at_depth(bevel, 0.4)
+        }
+    });
+    let mut width = 0.0;
+    for y in 0..SIDE {
+        let found = division(&materials, &frame, &picture, 4, y);
+        width += found.between;
+        if found.between > 0.0 {
+            let (share, direction, hit) =
+                between(&materials, &frame, &picture, (4, y), &found, false);
+            assert_eq!((share, hit.class), (1.0, CLASS_WALL));
+            assert!(hit.normal.dot(Vec3::Z) > 0.99, "{}", hit.normal);
+            // Half way up the wall, at the place where it is seen.
+            let place = eye + direction * hit.t;
+            assert!((place.y + 0.016).abs() < 2e-3, "{place}");
+        }
+    }
+    assert!((width - (foot - rim)).abs() < 0.02, "{width} {foot} {rim}");
 }

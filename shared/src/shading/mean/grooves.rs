@@ -1,9 +1,9 @@
 //! The grooves of a pattern whose parts are smaller than a pixel: what an eye sees of them, and a light
 //! reaches.
 
-use super::super::edges::pixel::growth_across;
 use super::super::layout::Finish;
 use super::super::lights::Incoming;
+use super::super::pattern::{gap, growth_across};
 use crate::arithmetic::{abs, clamp, div, kept, max, min, normalize_or, sqrt};
 use crate::gbuffer::{MeshFrame, Sample};
 use crate::layout::vec2;
@@ -56,22 +56,6 @@ pub(super) struct Grooves {
     gap: Real,
     /// How far a ray may go across grooves of each family, from side to side.
     longest: Vec2,
-}
-
-/// Returns texels of the chart of `finish` per world unit along u and v, where `rate` repeats of the
-/// pattern are.
-#[inline]
-pub(super) fn texels(finish: &Finish, rate: Vec2) -> Vec2 {
-    let chart = &finish.chart.image;
-    rate * Vec2::new(chart.width as i32 as Real, chart.height as i32 as Real)
-}
-
-/// Returns the mean width of the pattern's gaps, world units, where `rate` repeats of it are a world unit
-/// along u and v.
-#[inline]
-pub(super) fn gap(finish: &Finish, rate: Vec2) -> Real {
-    let texels = texels(finish, rate);
-    div(finish.chart.gap, max(sqrt(texels.x * texels.y), 1e-12))
 }
 
 impl Pattern {
@@ -277,12 +261,18 @@ impl Grooves {
         side.along_outline(mesh, self.normal.cross(upright), is_along_v)
     }
 
-    /// Returns the share of the sky that the floor sees, 0…1.
+    /// Returns the share of the sky that the floor sees, 0…1: on average from foot to foot, where the
+    /// walls are as far apart as at the cap.
     #[inline]
     pub(super) fn floor_openness(&self) -> Real {
-        let depth = self.depth;
-        let open = |width: Real| div(width, sqrt(width * width + depth * depth) + depth);
-        open(self.width.x) * open(self.width.y)
+        let open = |width: Real, growth: Real| {
+            let near = min(growth, 0.5 * width);
+            let far = width - near;
+            let square = self.depth * self.depth;
+            let slants = sqrt(near * near + square) + sqrt(far * far + square);
+            div(width, max(slants, 1e-12))
+        };
+        open(self.width.x, self.growth.x) * open(self.width.y, self.growth.y)
     }
 
     /// Returns the share of what is seen of the floor or of the sides of one family along `direction`
