@@ -322,18 +322,23 @@ fn at_depth((place, surface): (UVec4, UVec4), depth: f32) -> (UVec4, UVec4) {
     (place | UVec4::new(0, 0, 0, depth), surface)
 }
 
+/// Looks down at 63 degrees from 1 unit above the ground. Returns the frame, the row of what is seen along a
+/// vector, and the way along a ray to a height above the ground.
+fn above_ground() -> (Frame, impl Fn(Vec3) -> f32, impl Fn(f32, Vec3) -> Vec3) {
+    let tilt = Vec3::new(0.0, -1.0, -0.5).normalize();
+    let frame = frame(Vec3::new(0.0, 1.0, 0.0), tilt, SIDE, SIDE, 0.04);
+    let (first, down) = (vec3(frame.ray_first), vec3(frame.ray_down));
+    let row = move |way: Vec3| (way / way.dot(tilt) - first).dot(down) / down.length_squared();
+    let up = |y: f32, ray: Vec3| ray * ((y - 1.0) / ray.y);
+    (frame, row, up)
+}
+
 #[test]
 fn the_rim_of_a_bevel_hides_its_wall() {
     // The ground, seen from above at 63 degrees. A cap ends where it falls away from the eye: by a
     // bevel of 45 degrees that is seen, and a wall that is not.
-    let tilt = Vec3::new(0.0, -1.0, -0.5).normalize();
-    let frame = frame(Vec3::new(0.0, 1.0, 0.0), tilt, SIDE, SIDE, 0.04);
-    let (eye, down) = (vec3(frame.eye), vec3(frame.ray_down));
-    let row = |way: Vec3| {
-        let first = vec3(frame.ray_first);
-        (way / way.dot(tilt) - first).dot(down) / down.length_squared()
-    };
-    let up = |y: f32, ray: Vec3| ray * ((y - 1.0) / ray.y);
+    let (frame, row, up) = above_ground();
+    let eye = vec3(frame.eye);
     let mut materials = Materials::new();
     materials.0.growth = [0.3, 0.012];
     materials.0.rim = 0.3;
@@ -564,14 +569,8 @@ fn a_gap_between_two_caps_that_no_pixel_shows_is_found() {
 fn the_wall_between_a_floor_and_its_bevel_is_found() {
     // The ground, seen from above at 63 degrees: a floor, whose wall rises away from the eye up to the
     // rim of a bevel. The wall is less than a pixel wide, and no pixel's centre is on it.
-    let tilt = Vec3::new(0.0, -1.0, -0.5).normalize();
-    let frame = frame(Vec3::new(0.0, 1.0, 0.0), tilt, SIDE, SIDE, 0.04);
-    let (eye, down) = (vec3(frame.eye), vec3(frame.ray_down));
-    let row = |way: Vec3| {
-        let first = vec3(frame.ray_first);
-        (way / way.dot(tilt) - first).dot(down) / down.length_squared()
-    };
-    let up = |y: f32, ray: Vec3| ray * ((y - 1.0) / ray.y);
+    let (frame, row, up) = above_ground();
+    let eye = vec3(frame.eye);
     let mut materials = Materials::new();
     materials.0.rim = 0.6;
     let foot = row(Vec3::new(0.0, -0.02, -0.51) - eye);
