@@ -8,6 +8,8 @@ use crate::correction;
 #[cfg(not(feature = "corrected"))]
 use crate::native::{native_div, native_sqrt};
 use crate::pair::two_product;
+#[cfg(not(any(feature = "corrected", target_arch = "spirv")))]
+use crate::rounding::Division;
 use crate::rounding::Root;
 
 /// Returns `a / b`, rounded to nearest. A quotient that is not a normal number is 0
@@ -47,7 +49,12 @@ fn saturate(quotient: f32, a: f32, b: f32) -> f32 {
 #[cold]
 #[inline(never)]
 fn unusual(a: f32, b: f32) -> f32 {
-    crate::rounding::div(a, b)
+    if a == 0.0 {
+        // By far the most of them.
+        Division::new(a, b).saturated()
+    } else {
+        crate::rounding::div(a, b)
+    }
 }
 
 #[cfg(all(target_arch = "spirv", not(feature = "corrected")))]
