@@ -82,11 +82,15 @@ pub fn openness<T: Texels + ?Sized>(
         } else {
             0.5
         };
-        // Half of what a wall sees is the ground; bevels lean back.
-        if class == CLASS_BEVEL {
-            0.5 + 0.5 * sky
-        } else {
-            0.25 + 0.5 * sky
-        }
+        of_side(class, sky)
     }
+}
+
+/// Returns the share of the light from all directions that reaches a side of `class`, where an upright wall
+/// sees the share `sky` of the hemisphere as sky, 0…½. Half of what a wall sees is the ground; bevels lean
+/// back.
+#[inline]
+pub(crate) fn of_side(class: u32, sky: Real) -> Real {
+    let ground = if class == CLASS_BEVEL { 0.5 } else { 0.25 };
+    ground + 0.5 * sky
 }

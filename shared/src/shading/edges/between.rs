@@ -4,13 +4,13 @@ use super::super::Tables;
 use super::super::material::finish_of;
 use super::super::pattern::growth;
 use super::ends::has_side;
-use super::pixel::Pixel;
+use super::pixel::{Pixel, width_below};
 use super::{Between, Division, as_vec, ray_step, step_of};
 use crate::arithmetic::{abs, div, kept, kept3, max, normalize_or, sqrt};
 use crate::gbuffer::{Hits, MeshFrame, Sample};
 use crate::layout::Frame;
-use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
-use crate::openness::hidden;
+use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
+use crate::openness::{self, hidden};
 use crate::{Real, Vec3};
 use glam::IVec2;
 
@@ -89,7 +89,7 @@ pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
             2.0 * aside + abs(down) * (1.0 - finish.rim)
         } else {
             // Of an opposite side that is hit, all that is not hidden has been hit.
-            max(aside + max(down, down * finish.rim), 0.0)
+            width_below(aside, down, finish.rim)
         };
         let side = even.along(towards, side);
         floor = max(1.0 - div(side, max(ends.other - ends.own, 1e-6)), 0.0);
@@ -123,14 +123,14 @@ pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
     };
     let outline = smooth.cross(upright);
     let is_along_v = abs(outline.dot(mesh.along_u)) < abs(outline.dot(mesh.along_v()));
-    // As in `openness`: of the sky, a side sees half of what the floor does.
-    let ground = if class == CLASS_BEVEL { 0.5 } else { 0.25 };
+    // Of the sky, a side sees half of what the floor does.
+    let sky = 0.5 * floor_openness;
     let hit = Sample {
         class,
         t,
         depth_fraction,
         normal,
-        openness: ground + 0.25 * floor_openness,
+        openness: openness::of_side(class, sky),
         ..even.hit
     }
     .along_outline(&mesh, outline, is_along_v);

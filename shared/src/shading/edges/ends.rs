@@ -41,6 +41,7 @@ pub(super) const NONE: Ends = Ends {
 };
 /// Place of an edge that no hit knows, between the pixels.
 pub(super) const UNKNOWN: Real = 0.5;
+
 /// Returns whether `own` and `other`, one of which is a cap or a floor, may be parts of one carving: the other
 /// one is below a cap or above a floor, and by no more than its depth.
 #[inline]

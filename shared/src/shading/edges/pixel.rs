@@ -142,14 +142,13 @@ impl Pixel {
         }
         let (aside, down) = self.side(tables, frame);
         let rim = tables.finish(finish_of(&self.hit)).rim;
-        let width = if is_cap {
-            aside + max(down, down * rim)
+        if is_cap {
+            width_below(aside, down, rim)
         } else if rim > 0.0 {
-            down * (rim - 1.0)
+            max(down * (rim - 1.0), 0.0)
         } else {
             0.0
-        };
-        max(width, 0.0)
+        }
     }
 
     /// Returns how far a side at the edge of a cap or a floor reaches on the picture, pixels across the edge:
@@ -260,4 +259,11 @@ impl Pixel {
             BEYOND
         }
     }
+}
+
+/// Returns how wide what is seen of a side looks below the edge of a cap, of what [`Pixel::side`] returns: down to
+/// its foot, or to the `rim` of a bevel that hides the rest.
+#[inline]
+pub(super) fn width_below(aside: Real, down: Real, rim: Real) -> Real {
+    max(aside + max(down, down * rim), 0.0)
 }

@@ -7,7 +7,7 @@ use super::super::pattern::{gap, growth_across};
 use crate::arithmetic::{abs, clamp, div, kept, max, min, normalize_or, sqrt};
 use crate::gbuffer::{MeshFrame, Sample};
 use crate::layout::vec2;
-use crate::normals::CLASS_BEVEL;
+use crate::openness;
 use crate::{FAR, Real, Vec2, Vec3};
 use glam::Vec4;
 
@@ -251,11 +251,7 @@ impl Grooves {
         let side = Sample {
             class,
             normal,
-            openness: if class == CLASS_BEVEL {
-                0.5 + 0.5 * sky
-            } else {
-                0.25 + 0.5 * sky
-            },
+            openness: openness::of_side(class, sky),
             ..*half_way
         };
         side.along_outline(mesh, self.normal.cross(upright), is_along_v)
