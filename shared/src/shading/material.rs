@@ -99,13 +99,15 @@ impl Coordinates {
 /// Returns where the pictures of `finish` lie at `hit`, seen along `direction`.
 ///
 /// On walls and bevels the first axis follows the outline, and the second one the depth, unless
-/// pictures follow the mesh everywhere.
+/// pictures follow the mesh everywhere. A hit that `is_anywhere` in its pixel is a square as wide as what the pixel
+/// covers is long: one lookup, instead of several along it.
 #[inline]
 pub fn coordinates<T: Texels + ?Sized>(
     words: &T,
     frame: &Frame,
     direction: Vec3,
     hit: &Sample,
+    is_anywhere: bool,
     finish: &Finish,
     facet: &FacetMaterial,
 ) -> Coordinates {
@@ -134,7 +136,10 @@ pub fn coordinates<T: Texels + ?Sized>(
     let across = second_axis(hit);
     let on_axes = |side: Vec3| Vec2::new(hit.tangent.dot(side), across.dot(side));
     // Where pictures follow the mesh on a side, their axes are not known.
-    let footprint = if is_along || !is_side(hit.class) {
+    let footprint = if is_anywhere {
+        let longest = max(right.dot(right), down.dot(down));
+        Footprint::square(Vec2::splat(sqrt(longest)))
+    } else if is_along || !is_side(hit.class) {
         Footprint {
             right: on_axes(right),
             down: on_axes(down),

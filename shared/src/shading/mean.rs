@@ -442,6 +442,6 @@ fn part<T: Tables + ?Sized>(
         };
         own * lights::arriving(tables, light, on_cap, grooves.normal)
     };
-    let light = shade_under(tables, frame, lighting, direction, &hit, arriving);
+    let light = shade_under(tables, frame, lighting, direction, &hit, !is_cap, arriving);
     (light, share)
 }

@@ -151,12 +151,13 @@ pub fn shade<T: Tables + ?Sized>(
         lighting,
         direction,
         hit,
+        false,
         |light, _, position| lights::arriving(tables, light, position, hit.normal),
     )
 }
 
-/// Returns the linear RGB of `hit`, seen along `direction`, where `arriving` returns the share of a
-/// light that arrives at a position in the world.
+/// Returns the linear RGB of `hit`, seen along `direction`, which [`is_anywhere`](material::coordinates) in its
+/// pixel or at its centre. `arriving` returns the share of a light that arrives at a position in the world.
 #[inline]
 pub fn shade_under<T: Tables + ?Sized>(
     tables: &T,
@@ -164,6 +165,7 @@ pub fn shade_under<T: Tables + ?Sized>(
     lighting: &Lighting,
     direction: Vec3,
     hit: &Sample,
+    is_anywhere: bool,
     arriving: impl Fn(&Light, &lights::Incoming, Vec3) -> Real,
 ) -> Vec3 {
     let first = material::finish_of(hit);
@@ -171,7 +173,8 @@ pub fn shade_under<T: Tables + ?Sized>(
     let finish = tables.finish(first + facet.slot * layout::FINISHES);
     let position = vec3(frame.eye) + direction * hit.t;
     let to_eye = -direction;
-    let coordinates = material::coordinates(tables, frame, direction, hit, finish, facet);
+    let coordinates =
+        material::coordinates(tables, frame, direction, hit, is_anywhere, finish, facet);
     let values = material::values(tables, hit, &finish.material, &coordinates);
     let normal = values.normal;
     let surface = Reflector::new(

@@ -261,7 +261,7 @@ fn pictures_follow_pattern_mesh_or_outline() {
     // A pixel is 0.01 wide at distance 1.
     let frame = frame(Vec3::ZERO, Vec3::NEG_Z, 4, 4, 0.02);
     let at = |sample: &Sample, finish: &Finish| {
-        coordinates(&[0][..], &frame, Vec3::NEG_Z, sample, finish, &facet)
+        coordinates(&[0][..], &frame, Vec3::NEG_Z, sample, false, finish, &facet)
     };
     let found = at(&sample, &finish);
     assert_eq!(found.at, Vec2::new(7.0, -1.5));
