@@ -20,7 +20,7 @@ use crate::intersection::{SurfaceAt, surface_at};
 use crate::layers;
 use crate::layout::vec3;
 use crate::model::{Model, Normals, Place, Ray, Traced};
-use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_WALL};
+use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_MISS, CLASS_WALL};
 use crate::openness::openness;
 use crate::shape_map::{ShapeMap, Texels};
 use crate::tangent::FLAT;
@@ -189,6 +189,34 @@ pub fn from_octahedral(code: u32) -> Vec3 {
     let z = 1.0 - abs(x) - abs(y);
     let folded = octahedral_fold(x, y, z);
     normalize_or(Vec3::new(folded.x, folded.y, z), Vec3::Z)
+}
+
+/// Returns whether the surface words are those of a miss.
+#[inline]
+pub fn is_miss(surface: UVec4) -> bool {
+    surface.x & CLASS == CLASS_MISS
+}
+
+/// Returns whether the hit of the surface words has no edge near it.
+#[inline]
+pub fn is_far_from_edge(surface: UVec4) -> bool {
+    surface.x >> EDGE & edge::FAR_AWAY == edge::FAR_AWAY
+}
+
+/// Returns whether the hits of the surface words are as far from their edges, and have the same class and finish.
+#[inline]
+pub fn is_same_part(surface: UVec4, other: UVec4) -> bool {
+    const PART: u32 = CLASS | FINISH.1 << FINISH.0 | edge::FAR_AWAY << EDGE;
+    (surface.x ^ other.x) & PART == 0
+}
+
+/// Returns no less than the length of the difference between two unit vectors in octahedral form.
+#[inline]
+pub fn largest_turn(code: u32, other: u32) -> Real {
+    // Of 3 per unit of the square: √3 on the octahedron, whose points are 1/√3 or more from its middle.
+    const STEP: Real = 6.0 / 65_535.0;
+    let step = |a: u32, b: u32| abs((a & 0xffff) as i32 as Real - (b & 0xffff) as i32 as Real);
+    (step(code, other) + step(code >> 16, other >> 16)) * STEP
 }
 
 /// A picture of hits. Its functions are always inlined: what a caller does not use is not decoded.

@@ -12,6 +12,7 @@
 
 mod between;
 mod ends;
+mod inside;
 pub(super) mod pixel;
 mod stairs;
 
@@ -25,6 +26,7 @@ use crate::normals::{CLASS_BEVEL, CLASS_FLOOR};
 use crate::{Real, Vec2, Vec3};
 use ends::{Ends, NONE, UNKNOWN, ends};
 use glam::IVec2;
+use inside::is_inside;
 use pixel::Pixel;
 
 /// How a pixel is divided; the rest is its own.
@@ -50,6 +52,18 @@ struct Between {
     ends: Ends,
 }
 
+/// A pixel that is all its own.
+const WHOLE: Division = Division {
+    is_down: false,
+    before: 0.0,
+    after: 0.0,
+    between: 0.0,
+    groove: Between {
+        which: 0,
+        ends: NONE,
+    },
+};
+
 /// Steps of a share in its code.
 const SHARES: Real = 510.0;
 /// Places of the codes of `before` and `after` above the class, and the flag `is_down`.
@@ -67,31 +81,36 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
     y: u32,
 ) -> Division {
     let at = IVec2::new(x as i32, y as i32);
+    if is_inside(frame, hits, at) {
+        WHOLE
+    } else {
+        at_edges(tables, frame, hits, at)
+    }
+}
+
+/// Returns how pixel `at` is divided by the edges around it.
+#[inline]
+fn at_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    hits: &H,
+    at: IVec2,
+) -> Division {
     let mut own = Pixel::new(frame, hits, at);
     // Here, and not where the neighbours are compared: there it would take registers.
     own.side_width = own.width_of_side(tables, frame);
-    let nothing = Division {
-        is_down: false,
-        before: 0.0,
-        after: 0.0,
-        between: 0.0,
-        groove: Between {
-            which: 0,
-            ends: NONE,
-        },
-    };
     let size = IVec2::new(frame.size[0] as i32, frame.size[1] as i32);
     // A bit for each neighbour.
     let mut unknown = 0;
-    let mut found = nothing;
-    let mut axis = nothing;
+    let mut found = WHOLE;
+    let mut axis = WHOLE;
     let mut which = 0;
     while which < 4 {
         let is_second = which & 1 == 1;
         let is_down = which >= 2;
         let step = step_of(which);
         if !is_second {
-            axis = Division { is_down, ..nothing };
+            axis = Division { is_down, ..WHOLE };
         }
         let next = at + step;
         if next.x >= 0 && next.y >= 0 && next.x < size.x && next.y < size.y {
@@ -128,7 +147,7 @@ pub fn division<T: Tables + ?Sized, H: Hits + ?Sized>(
         if !is_second {
             axis = Division {
                 is_down: which >= 2,
-                ..nothing
+                ..WHOLE
             };
         }
         if unknown & 1 == 1 {

@@ -157,13 +157,9 @@ fn an_even_surface_and_the_border_of_the_picture_are_no_edges() {
     }
 }
 
-#[test]
-fn a_ball_ends_at_its_horizon() {
-    // 3.3 pixels wide and high; it turns away evenly.
-    let frame = looking();
-    let centre = Vec3::new(0.002, -0.001, -1.0);
-    let radius = 0.033;
-    let picture = draw(&frame, |ray| {
+/// Draws a ball whose surface has no edge.
+fn draw_ball(frame: &Frame, centre: Vec3, radius: f32) -> Picture {
+    draw(frame, |ray| {
         let direction = ray.normalize();
         let middle = direction.dot(centre);
         let square = radius * radius - (centre.length_squared() - middle * middle);
@@ -172,7 +168,47 @@ fn a_ball_ends_at_its_horizon() {
         }
         let t = middle - square.sqrt();
         hit(CLASS_CAP, 0, t, (direction * t - centre) / radius, FAR)
-    });
+    })
+}
+
+proptest! {
+    /// The shortcut finds what the search finds.
+    #[test]
+    fn no_edge_is_found_in_a_pixel_that_is_inside(
+        size in -4.0f32..1.0, x in -1.0f32..1.0, y in -1.0f32..1.0,
+    ) {
+        // From half a pixel wide to flat.
+        let radius = 10f32.powf(size);
+        let frame = looking();
+        let centre = Vec3::new(x * radius, y * radius, -1.0 - radius);
+        let picture = draw_ball(&frame, centre, radius);
+        for i in 0..(SIDE * SIDE) as i32 {
+            let at = IVec2::new(i % SIDE as i32, i / SIDE as i32);
+            if is_inside(&frame, &picture, at) {
+                let found = at_edges(&Materials::new(), &frame, &picture, at);
+                prop_assert!(found.others() == 0.0, "{at}: {found:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_middle_of_a_ball_and_of_nothing_is_inside() {
+    let frame = looking();
+    let is_inside = |picture: &Picture, x, y| is_inside(&frame, picture, IVec2::new(x, y));
+    let large = draw_ball(&frame, Vec3::new(0.0, 0.0, -2.0), 1.0);
+    assert!((0..8).all(|i| is_inside(&large, i, i)));
+    let small = draw_ball(&frame, Vec3::new(0.0, 0.0, -1.0), 0.03);
+    assert!(is_inside(&small, 0, 0) && !is_inside(&small, 1, 4));
+}
+
+#[test]
+fn a_ball_ends_at_its_horizon() {
+    // 3.3 pixels wide and high; it turns away evenly.
+    let frame = looking();
+    let centre = Vec3::new(0.002, -0.001, -1.0);
+    let radius = 0.033;
+    let picture = draw_ball(&frame, centre, radius);
     let mut covered = 0.0;
     for i in 0..SIDE * SIDE {
         let (x, y) = (i % SIDE, i / SIDE);
