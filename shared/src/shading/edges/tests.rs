@@ -177,7 +177,7 @@ proptest! {
     fn no_edge_is_found_in_a_pixel_that_is_inside(
         size in -4.0f32..1.0, x in -1.0f32..1.0, y in -1.0f32..1.0,
     ) {
-        // From half a pixel wide to flat.
+        // From a fiftieth of a pixel wide to flat.
         let radius = 10f32.powf(size);
         let frame = looking();
         let centre = Vec3::new(x * radius, y * radius, -1.0 - radius);
