@@ -20,6 +20,7 @@
 #![allow(clippy::too_many_arguments)]
 
 use relievo_shared::exit::{self, Exit, KnownExit};
+
 use relievo_shared::facts::{CODES, CURVED, LAYERED, PLANAR, STRAIGHT, UPRIGHT, known};
 use relievo_shared::gbuffer::Hits;
 #[cfg(not(feature = "corrected"))]
@@ -33,7 +34,7 @@ use relievo_shared::shading::{self, FacetMaterial, Finish, Light, Lighting, Shad
 use relievo_shared::shape_map::Texels;
 use relievo_shared::stack::Stacked;
 use relievo_shared::walk::PrismList;
-use relievo_shared::{camera, for_each_facet, for_each_search, gbuffer, trace};
+use relievo_shared::{camera, far, for_each_facet, for_each_search, gbuffer, trace};
 use spirv_std::arch::{IndexUnchecked, kill};
 use spirv_std::glam::{UVec2, UVec3, UVec4, Vec4, vec4};
 #[cfg(not(feature = "corrected"))]
@@ -269,15 +270,14 @@ pub fn exits(
     *depth = reversed_depth;
 }
 
-/// Traces this pixel's ray over one facet, or discards the pixel.
+/// Returns how this pixel's ray enters the shell over one facet, or discards the pixel.
 #[inline]
-fn find<M: Model<Over>, Over, T: Texels>(
+fn enter<M: Model<Over>, Over>(
     ray: &Ray,
     over: &Over,
-    texels: &T,
     exits: &ExitPicture,
     pixel: UVec2,
-) -> (M::Entry, Traced<M::Place>) {
+) -> M::Entry {
     let (meets, meeting) = M::meet(ray, over);
     if !meets {
         kill();
@@ -294,10 +294,52 @@ fn find<M: Model<Over>, Over, T: Texels>(
     if !enters {
         kill();
     }
-    let traced = trace::trace::<M, _, _>(ray, over, texels, &entry);
+    entry
+}
+
+/// Traces this pixel's ray from its `entry`, or discards the pixel.
+#[inline]
+fn hit<M: Model<Over>, Over, T: Texels>(
+    ray: &Ray,
+    over: &Over,
+    texels: &T,
+    entry: &M::Entry,
+) -> Traced<M::Place> {
+    let traced = trace::trace::<M, _, _>(ray, over, texels, entry);
     if traced.hit.class == CLASS_MISS {
         kill();
     }
+    traced
+}
+
+/// Returns what [`hit`] does, where the mean of the pattern may be seen instead: without a march.
+#[inline]
+fn hit_or_mean<M: Model<Over>, Over, T: Texels>(
+    ray: &Ray,
+    over: &Over,
+    texels: &T,
+    entry: &M::Entry,
+) -> Traced<M::Place> {
+    if M::FINDS_ENTRY {
+        let object = &far::seen::<M, _>(ray, over, entry);
+        hit::<M, Over, T>(&Ray { object, ..*ray }, over, texels, entry)
+    } else {
+        // A copy would take the registers of what is still to be read of the object.
+        hit::<M, Over, T>(ray, over, texels, entry)
+    }
+}
+
+/// Returns how this pixel's ray enters the shell over one facet, and what it hits, or discards the pixel.
+#[inline]
+fn find<M: Model<Over>, Over, T: Texels>(
+    ray: &Ray,
+    over: &Over,
+    texels: &T,
+    exits: &ExitPicture,
+    pixel: UVec2,
+) -> (M::Entry, Traced<M::Place>) {
+    let entry = enter::<M, Over>(ray, over, exits, pixel);
+    let traced = hit::<M, Over, T>(ray, over, texels, &entry);
     (entry, traced)
 }
 
@@ -403,7 +445,8 @@ macro_rules! surface_entry_point {
             let pixel = UVec2::new(coordinate.x as u32, coordinate.y as u32);
             let direction = camera::pixel_ray(frame, pixel.x, pixel.y);
             let ray = Ray { frame, object, direction };
-            let (entry, traced) = find::<$model, _, _>(&ray, &over, &texels, exits, pixel);
+            let entry = enter::<$model, _>(&ray, &over, exits, pixel);
+            let traced = hit_or_mean::<$model, _, _>(&ray, &over, &texels, &entry);
             // Read again, as for colours.
             let object = given;
             $(let object = &known::<{ $facts }>(object);)?
@@ -559,7 +602,7 @@ impl Hits for HitPictures<'_> {
 /// Defines an entry point that writes what `$words` makes of a pixel whose hits, and words that
 /// another one has written, are in pictures.
 macro_rules! shade_entry_point {
-    ($name:ident, $doc:literal, $words:expr $(, $written:ident = $binding:literal)?) => {
+    ($name:ident, $doc:literal, $words:expr $(, $written:ident = $binding:literal)? $(; $last:expr)?) => {
         #[doc = $doc]
         #[spirv(fragment)]
         pub fn $name(
@@ -587,7 +630,8 @@ macro_rules! shade_entry_point {
             let hits = HitPictures { place, surface };
             *color = $words(
                 &tables, frame, lighting, pixel, &hits
-                $(, || $written.fetch(UVec2::new(pixel.0, pixel.1)))?
+                $(, |_| $written.fetch(UVec2::new(pixel.0, pixel.1)))?
+                $(, $last)?
             );
         }
     };
@@ -601,7 +645,9 @@ shade_entry_point!(
 shade_entry_point!(
     shade_edges,
     "Writes linear RGB as the bits of three f32, and the class with shares of neighbours.",
-    shading::words_with_edges
+    shading::words_with_edges;
+    // Means are not known yet, but for those that hits tell of.
+    false
 );
 shade_entry_point!(
     mean,

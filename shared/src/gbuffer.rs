@@ -16,6 +16,7 @@
 
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
 use crate::edge::{self, Edge, from_turn, turn_of};
+use crate::far::is_far;
 use crate::intersection::{SurfaceAt, surface_at};
 use crate::layers;
 use crate::layout::vec3;
@@ -38,8 +39,10 @@ const CLASS: u32 = 7;
 /// The bitangent runs against growing v, or against the depth. On walls and bevels that know the
 /// mesh: the normal of the mesh × the direction of growing u runs against growing v.
 const MIRRORED: u32 = 1 << 3;
-/// The outline runs along v rather than along u.
+/// The outline of a side runs along v rather than along u.
 const ALONG_V: u32 = 1 << 4;
+/// The hit on a cap is [far](crate::far).
+const IS_FAR: u32 = ALONG_V;
 /// Place and number of the bits of the finish.
 const FINISH: (u32, u32) = (5, 0xfff);
 /// Place of the distance of the edge.
@@ -81,7 +84,7 @@ pub struct Sample {
     pub tangent: Vec3,
     /// Whether normal × tangent points against growing v, or out of the depth.
     pub is_mirrored: bool,
-    /// Whether the outline at a wall or a bevel runs along v rather than along u.
+    /// Whether the outline at a wall or a bevel runs along v rather than along u; meaningless elsewhere.
     pub is_along_v: bool,
     /// Index of the finish.
     pub finish: u32,
@@ -197,6 +200,12 @@ pub fn is_miss(surface: UVec4) -> bool {
     surface.x & CLASS == CLASS_MISS
 }
 
+/// Returns whether the hit of the surface words is so [far](crate::far) that only the mean of its pattern is seen.
+#[inline]
+pub fn is_mean_only(surface: UVec4) -> bool {
+    surface.x & (CLASS | IS_FAR) == CLASS_CAP | IS_FAR
+}
+
 /// Returns whether the hit of the surface words has no edge near it.
 #[inline]
 pub fn is_far_from_edge(surface: UVec4) -> bool {
@@ -268,7 +277,8 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
     let in_world = |v: Vec3| vec3(x) * v.x + vec3(y) * v.y + vec3(z) * v.z;
     let flag = |is_set: bool, bit: u32| if is_set { bit } else { 0 };
     let along_u = kept3(gradients.0);
-    let knows_edges = object.finish & KNOWS_EDGES != 0;
+    let is_far = hit.class == CLASS_CAP && is_far::<M, Over>(ray, hit.t);
+    let knows_edges = object.finish & KNOWS_EDGES != 0 && !is_far;
     let density = sqrt(along_u.dot(along_u));
     let (mut distance, mut gradient) = (0.0, Vec2::ZERO);
     let open;
@@ -328,6 +338,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
         hit.class
             | flag(is_mirrored, MIRRORED)
             | flag(tangent_frame.is_along_v, ALONG_V)
+            | flag(is_far, IS_FAR)
             | (finish & FINISH.1) << FINISH.0
             | edge_distance << EDGE
             | ((clamp(open, 0.0, 1.0) * OPENNESS.1 + 0.5) as u32) << OPENNESS.0,

@@ -324,6 +324,9 @@ pub struct Object {
     /// Number of its facets. Facet i of copy c has the number c · `facets` + i where copies are
     /// drawn at once.
     pub facets: u32,
+    /// Width of a pixel, object units, from which on the mean of the pattern is all that it shows
+    /// ([`far`](crate::far)); 0 where no mean is asked for.
+    pub mean_from: Real,
 }
 
 /// Quotients of an [`Object`]'s parameters, so that pixels do not divide by them: the exact
@@ -390,7 +393,7 @@ const _: () = {
             && offset_of!(Frame, size) == 124
             && offset_of!(Frame, unit) == 132
     );
-    assert!(size_of::<Object>() == 180 && align_of::<Object>() == 4);
+    assert!(size_of::<Object>() == 184 && align_of::<Object>() == 4);
     assert!(offset_of!(Object, cap_color) == 48 && offset_of!(Object, shininess) == 96);
     assert!(offset_of!(Object, quotients) == 148);
 };

@@ -35,6 +35,7 @@
 //! tangent       hit → tangent frame
 //! intersection  ray of an engine → hit; hit → the surface there
 //! gbuffer       hit → words, for materials and lights
+//! far           pixels that show nothing but the mean of a pattern
 //! openness      hit → how much of the sky it sees
 //! shading       words → colour: what a scene with materials or lights needs
 //!   material      class, coordinates → base colour, roughness, …
@@ -96,6 +97,8 @@ pub mod edge;
 pub mod exit;
 pub mod facet;
 pub mod facts;
+#[cfg(not(feature = "double"))]
+pub mod far;
 #[cfg(not(feature = "double"))]
 pub mod gbuffer;
 #[cfg(not(feature = "double"))]

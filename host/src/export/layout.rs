@@ -180,6 +180,7 @@ structs! {
         quotients: layout::Quotients, "", "What follows from the other parameters.";
         finish: u32, "", "Number of the object in its scene, from 0, or any of yours: hits have it as `object`. Other shaders do not read it.";
         facets: u32, "", "Number of the object's facets.";
+        mean_from: f32, "object units", "Width of a pixel from which on only the mean of the pattern is seen; exported shaders do not read it.";
     }
     corner Corner "One corner of a triangle." {
         position: [f32; 3], "object units", "Position, relative to the scene's origin.";

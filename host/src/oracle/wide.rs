@@ -90,6 +90,7 @@ pub fn wide_object(object: &Object) -> double::Object {
         number: object.number,
         finish: object.finish,
         facets: object.facets,
+        mean_from: f64::from(object.mean_from),
         quotients: double::Quotients::default(),
     }
     .complete()

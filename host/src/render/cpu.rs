@@ -62,6 +62,8 @@ pub struct CpuRenderer<'a> {
     asks_for_exits: bool,
     /// The words of the shadow maps; empty until colours are asked for.
     shadows: Vec<u32>,
+    /// Whether rays that show only the mean of a pattern are not marched.
+    shows_means: bool,
 }
 
 /// The nearest hit on a ray.
@@ -140,6 +142,7 @@ impl<'a> CpuRenderer<'a> {
                 .iter()
                 .any(|object| object.parameters.number != 0),
             shadows: Vec::new(),
+            shows_means: false,
         }
     }
 
@@ -161,11 +164,22 @@ impl<'a> CpuRenderer<'a> {
         frame: &Frame,
         lighting: &PreparedLighting,
     ) -> Result<ColorWords, RenderError> {
+        self.shows_means = true;
+        let hits = self.lit_hits(frame, lighting);
+        self.shows_means = false;
+        shade(frame, lighting, &self.shadows, &hits?)
+    }
+
+    /// Renders the shadow maps, if that has not been done, and the G-buffer.
+    fn lit_hits(
+        &mut self,
+        frame: &Frame,
+        lighting: &PreparedLighting,
+    ) -> Result<Vec<[UVec4; 2]>, RenderError> {
         if self.shadows.len() != lighting.shadow_words() {
             self.shadows = self.depths(lighting)?;
         }
-        let hits = self.surface(frame)?;
-        shade(frame, lighting, &self.shadows, &hits)
+        self.surface(frame)
     }
 
     /// Renders the shadow maps: reversed depths, one map after the other.
@@ -332,7 +346,8 @@ impl<'a> CpuRenderer<'a> {
             }
             let ray = object_ray(object, frame, tile.direction(i));
             let exit = KnownExit(hits.exits[i]);
-            let Some(found) = Found::new(&ray, object, order[1], best, &exit) else {
+            let Some(found) = Found::new(&ray, object, order[1], best, &exit, self.shows_means)
+            else {
                 return;
             };
             let hit = found.hit();

@@ -12,7 +12,7 @@ use relievo_shared::model::{Hit, Model, Paper, Place, Prisms, Quadric, Ray, Reli
 use relievo_shared::profile::LAYERED;
 use relievo_shared::shape_map::Texels;
 use relievo_shared::stack::Stacked;
-use relievo_shared::{for_each_search, gbuffer, trace};
+use relievo_shared::{far, for_each_search, gbuffer, trace};
 
 /// A type of facets that models are drawn over.
 pub(super) trait Facet {
@@ -47,7 +47,8 @@ impl Facet for PrismData {
     }
 }
 
-/// Traces the ray over one facet, unless its hit must be behind the depth `best`.
+/// Traces the ray over one facet, unless its hit must be behind the depth `best`. If `means` are shown, it does
+/// not march where only the mean of the pattern is seen.
 #[inline]
 fn find<M: Model<Over>, Over, T: Texels + ?Sized>(
     ray: &Ray<'_>,
@@ -55,16 +56,30 @@ fn find<M: Model<Over>, Over, T: Texels + ?Sized>(
     texels: &T,
     best: f32,
     exits: &impl Exits,
+    means: bool,
 ) -> Option<(M::Entry, Traced<M::Place>)> {
     let (meets, meeting) = M::meet(ray, over);
     if !meets {
         return None;
     }
     let (enters, entry) = M::enter(ray, over, &meeting, exits);
+    let t = M::entry_t(&entry);
     // Nothing behind the entry can be nearer than the entry.
-    if !enters || reversed_depth(ray.frame, ray.direction, M::entry_t(&entry)) < best {
+    if !enters || reversed_depth(ray.frame, ray.direction, t) < best {
         return None;
     }
+    let object;
+    let seen = match means && far::is_far::<M, _>(ray, t) {
+        true => {
+            object = far::seen::<M, _>(ray, over, &entry);
+            &object
+        }
+        false => ray.object,
+    };
+    let ray = &Ray {
+        object: seen,
+        ..*ray
+    };
     let traced = trace::trace::<M, _, _>(ray, over, texels, &entry);
     Some((entry, traced))
 }
@@ -87,7 +102,7 @@ macro_rules! found {
 
         impl Found {
             /// Traces the ray over facet `index` of `object`, unless its hit must be
-            /// behind the depth `best`.
+            /// behind the depth `best`. See [`find`] for `means`.
             // Called for every facet on a ray, most of which it misses.
             #[inline(always)]
             pub(super) fn new(
@@ -96,14 +111,15 @@ macro_rules! found {
                 index: u32,
                 best: f32,
                 exits: &impl Exits,
+                means: bool,
             ) -> Option<Found> {
                 let texels = object.map.words();
                 if is_stack(ray) {
-                    return Found::in_stack(ray, object, index, best, exits);
+                    return Found::in_stack(ray, object, index, best, exits, means);
                 }
                 match ray.object.search {
                     $($search => <$facet as Facet>::over(object, index, |over| {
-                        let (entry, traced) = find::<$model, _, _>(ray, over, texels, best, exits)?;
+                        let (entry, traced) = find::<$model, _, _>(ray, over, texels, best, exits, means)?;
                         Some(Found::$model(entry, traced))
                     }),)*
                     other => unreachable!("search {other}"),
@@ -118,12 +134,13 @@ macro_rules! found {
                 index: u32,
                 best: f32,
                 exits: &impl Exits,
+                means: bool,
             ) -> Option<Found> {
                 let texels = object.map.words();
                 match ray.object.search {
                     $($($($search => <$special_facet as Facet>::over(object, index, |over| {
                         let (entry, traced) =
-                            find::<$special, _, _>(ray, over, &$words(texels), best, exits)?;
+                            find::<$special, _, _>(ray, over, &$words(texels), best, exits, means)?;
                         Some(Found::$special(entry, traced))
                     }),)?)*)*
                     other => unreachable!("search {other}"),

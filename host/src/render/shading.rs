@@ -29,20 +29,28 @@ pub(super) fn shade(
     let common = &lighting.lighting;
     let picture = Picture { width, hits };
     let mut words = allocate("the picture", hits.len(), [0; 4])?;
-    let mut draw = |of: &(dyn Fn((u32, u32), UVec4) -> UVec4 + Sync)| {
+    let mut draw = |of: &(dyn Fn((u32, u32)) -> UVec4 + Sync)| {
         let rows = words.par_chunks_mut(width as usize).enumerate();
         rows.for_each(|(y, row)| {
             for (x, pixel) in (0..).zip(row) {
-                *pixel = of((x, y as u32), (*pixel).into()).to_array();
+                *pixel = of((x, y as u32)).to_array();
             }
         });
     };
     if !lighting.has_smooth_edges {
-        draw(&|at, _| shading::words(&tables, frame, common, at, &picture));
+        draw(&|at| shading::words(&tables, frame, common, at, &picture));
     } else {
-        draw(&|at, _| shading::words_with_edges(&tables, frame, common, at, &picture));
+        let edges = |at, is_mean_only| {
+            shading::words_with_edges(&tables, frame, common, at, &picture, is_mean_only)
+        };
         if lighting.has_charts() {
-            draw(&|at, color| shading::mean::words(&tables, frame, common, at, &picture, || color));
+            draw(&|at| {
+                shading::mean::words(&tables, frame, common, at, &picture, |is_mean_only| {
+                    edges(at, is_mean_only)
+                })
+            });
+        } else {
+            draw(&|at| edges(at, false));
         }
     }
     Ok(ColorWords {

@@ -75,6 +75,9 @@ pub trait Model<Over> {
         exits: &X,
     ) -> (bool, Self::Entry);
 
+    /// Whether [`Model::enter`] finds where the ray enters, not [`Model::search`].
+    const FINDS_ENTRY: bool = true;
+
     /// A lower bound of the distance of every hit from the eye, object units.
     fn entry_t(entry: &Self::Entry) -> Real;
 

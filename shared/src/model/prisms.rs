@@ -83,6 +83,7 @@ impl<S: PrismList> Model<Home<S>> for Prisms {
     type Entry = ();
     type Place = PrismPlace;
     type Surface = PrismFrame;
+    const FINDS_ENTRY: bool = false;
 
     #[inline]
     fn meet(_: &Ray<'_>, _: &Home<S>) -> (bool, ()) {

@@ -23,7 +23,7 @@ use super::{Tables, mixed, shade_under};
 use crate::arithmetic::{abs, clamp, div, kept, kept3, max, sqrt};
 use crate::camera::{on_plane, pixel_ray};
 use crate::contract::check3;
-use crate::gbuffer::{Hits, MeshFrame, Sample};
+use crate::gbuffer::{self, Hits, MeshFrame, Sample};
 use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS};
 use crate::trace::word;
@@ -74,7 +74,8 @@ const FLOOR: u32 = 6;
 /// Returns the words of pixel (`x`, `y`) of a picture with smooth edges, where the mean of a pattern
 /// is seen instead of what the pixel hits: not at all where the grooves of the pattern are wider than
 /// the pixel, nothing else where the pixel is twice as wide as they are. Hits know the mesh, and
-/// `color` returns the words of the pixel by [`words_with_edges`](super::words_with_edges).
+/// `color` returns the words of the pixel by [`words_with_edges`](super::words_with_edges), given whether nothing
+/// but the mean is seen.
 #[inline]
 pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     tables: &T,
@@ -82,10 +83,10 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     lighting: &Lighting,
     at: (u32, u32),
     hits: &H,
-    color: impl FnOnce() -> UVec4,
+    color: impl FnOnce(bool) -> UVec4,
 ) -> UVec4 {
     let (mean, weight) = mean(tables, frame, lighting, hits, at);
-    let found = color();
+    let found = color(weight == 1.0);
     if weight > 0.0 {
         let mean = kept3(mean);
         check3(mean);
@@ -127,7 +128,8 @@ fn may_be_seen<T: Tables + ?Sized, H: Hits + ?Sized>(
     let (right, down) = (vec3(frame.ray_right), vec3(frame.ray_down));
     let side = sqrt(max(right.dot(right), down.dot(down)));
     let pixel = div(side * hit.t, max(facing, LEAST_COSINE));
-    pixel * MOST_UNEVEN > gap(finish, density(tables, finish, &hit))
+    let is_wider = pixel * MOST_UNEVEN > gap(finish, density(tables, finish, &hit));
+    is_wider | gbuffer::is_mean_only(hits.words(x, y).1)
 }
 
 /// Returns the class word `code` of pixel (`x`, `y`), in which the shares of neighbours are scaled by
@@ -301,7 +303,12 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
     let mut cap_share = 1.0;
     let mut which = 0;
     let gap = gap(finish, rate);
-    let mut end = if pixel * MOST_UNEVEN < gap { 0 } else { 1 };
+    let is_only = gbuffer::is_mean_only(hits.words(at_pixel.0, at_pixel.1).1);
+    let mut end = if !is_only && pixel * MOST_UNEVEN < gap {
+        0
+    } else {
+        1
+    };
     while which < end {
         // Sides and floor are seen on the way down. The cap is that of the pixel.
         let is_cap = which == 1;
@@ -320,11 +327,13 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
             let width = pattern.width.x;
             let of = |pixel: Real| clamp(div(pixel, width) - 1.0, 0.0, 1.0);
             let begins = clamp(div(pixel * MOST_UNEVEN, max(gap, 1e-12)) - 1.0, 0.0, 1.0);
-            weight = of(pixel) * begins;
+            weight = if is_only { 1.0 } else { of(pixel) * begins };
             if weight > 0.0 {
-                let even = evenness(frame, hits, at_pixel);
-                weight = max(of(footprint.narrowest()) * begins, weight * even);
                 end = 2;
+            }
+            let least = of(footprint.narrowest()) * begins;
+            if !is_only && least < weight {
+                weight = max(least, weight * evenness(frame, hits, at_pixel));
             }
         }
         which += 1;

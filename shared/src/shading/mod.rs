@@ -19,7 +19,7 @@ pub use layout::{Chart, FacetMaterial, Finish, Image, Light, Lighting, Material,
 use crate::arithmetic::{clamp, div, kept3, max};
 use crate::camera::pixel_ray;
 use crate::contract::check3;
-use crate::gbuffer::{Hits, Sample};
+use crate::gbuffer::{self, Hits, Sample};
 use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_MISS, CLASS_SKY};
 use crate::shape_map::Texels;
@@ -62,7 +62,8 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
 }
 
 /// Returns the words of pixel (`x`, `y`) for smooth edges: as [`words`], where the class word
-/// also has the shares of its neighbours ([`edges::from_code`]). Hits know the mesh.
+/// also has the shares of its neighbours ([`edges::from_code`]). Hits know the mesh. Black where only the
+/// [`mean`](mean::words) is seen: where hits say so, or `is_mean_only`.
 #[inline]
 pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
     tables: &T,
@@ -70,6 +71,7 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
     lighting: &Lighting,
     (x, y): (u32, u32),
     hits: &H,
+    is_mean_only: bool,
 ) -> UVec4 {
     let class = hits.sample(x, y).class;
     let division = edges::division(tables, frame, hits, x, y);
@@ -84,7 +86,8 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
         let (mut rgb, mut total) = (Vec3::ZERO, 0.0);
         // The hit, and sides and floor beside it: written once, and in the shader once, since compilers
         // do not unroll a loop whose end they do not know.
-        let end = if between > 0.0 { 3 } else { 1 };
+        let is_shaded = !is_mean_only && !gbuffer::is_mean_only(hits.words(x, y).1);
+        let end = if between > 0.0 && is_shaded { 3 } else { 1 };
         let mut part = 0;
         while part < end {
             let (share, ray, hit) = if part > 0 {
@@ -97,7 +100,7 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
                 let ray = pixel_ray(frame, x, y);
                 (1.0 - between, ray, hits.sample_on_mesh(x, y))
             };
-            if share > 0.0 {
+            if share > 0.0 && is_shaded {
                 let light = shade(tables, frame, lighting, ray, &hit);
                 let weight = share * mixed(lighting, light);
                 rgb += light * weight;
@@ -105,7 +108,7 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
             }
             part += 1;
         }
-        (rgb * div(1.0, total), code)
+        (rgb * div(1.0, max(total, 1e-12)), code)
     };
     color_words(rgb, code)
 }
@@ -156,8 +159,9 @@ pub fn shade<T: Tables + ?Sized>(
     )
 }
 
-/// Returns the linear RGB of `hit`, seen along `direction`, which [`is_anywhere`](material::coordinates) in its
-/// pixel or at its centre. `arriving` returns the share of a light that arrives at a position in the world.
+/// Returns the linear RGB of `hit`, seen along `direction`. If it `is_anywhere`, it stands for all that its pixel
+/// shows of a part, not for one place ([`coordinates`](material::coordinates)). `arriving` returns the share of a light
+/// that arrives at a position in the world.
 #[inline]
 pub fn shade_under<T: Tables + ?Sized>(
     tables: &T,

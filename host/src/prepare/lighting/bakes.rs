@@ -2,10 +2,10 @@
 
 use super::super::memo::{Memo, Same};
 use super::cells::Cells;
+use super::chart::Charted;
 use super::environment::Surroundings;
 use super::pictures::{Encoding, Levels};
 use crate::shape_map::ShapeMap;
-use relievo_shared::shading::Chart;
 use std::path::PathBuf;
 
 /// What is baked of files and patterns, each once for a scene and those after it.
@@ -16,7 +16,7 @@ pub(in super::super) struct Bakes {
     /// By map.
     pub(super) cells: Memo<Same<ShapeMap>, Cells>,
     /// By map, and by the distance that the pattern reaches to, texels.
-    pub(super) charts: Memo<(Same<ShapeMap>, f32), (Levels, Chart)>,
+    pub(super) charts: Memo<(Same<ShapeMap>, f32), Charted>,
     /// By file and degrees that it is turned by; `None` is even light.
     pub(super) environments: Memo<Option<(PathBuf, f64)>, Surroundings>,
 }

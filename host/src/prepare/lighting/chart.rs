@@ -1,6 +1,8 @@
 //! The chart of a pattern: how much of it is cap, and how its outline runs, for
 //! [`relievo_shared::shading::mean`].
 
+use super::far;
+use super::pictures::{Levels, levels};
 use crate::shape_map::ShapeMap;
 use glam::Vec2;
 use image::{Rgba, Rgba32FImage};
@@ -12,6 +14,28 @@ use relievo_shared::shading::mean::{MOST, MOST_UNEVEN};
 /// Least share of an outline along u and v, of one that does not run in all directions. That of a circle
 /// is 0.36.
 const LEAST_ORDER: f32 = 0.8;
+
+/// The chart of a pattern.
+pub(super) struct Charted {
+    /// Without its image.
+    pub(super) chart: Chart,
+    pub(super) image: Levels,
+    /// Width of a pixel from which on the mean is all that it shows, texels ([`far::from`]).
+    pub(super) far_from: f32,
+}
+
+impl Charted {
+    /// Returns the chart `chart` of `map`, whose pattern reaches to the distance `radius`, texels, with an image of
+    /// `size`.
+    pub(super) fn new(map: &ShapeMap, radius: f32, chart: Chart, size: [u32; 2]) -> Charted {
+        let image = image(map, radius, size);
+        Charted {
+            chart,
+            far_from: far::from(&image, chart.gap),
+            image: levels(image),
+        }
+    }
+}
 
 /// Returns the chart of `map`, whose pattern reaches to the distance `radius`, texels, without its image,
 /// and the size of that.
@@ -46,7 +70,7 @@ pub(super) fn area([width, height]: [u32; 2]) -> u64 {
 
 /// Returns the first level of the chart of `map`, whose pattern reaches to the distance `radius`,
 /// texels. The outline between the centres of four texels of the map belongs to the first of them.
-pub(super) fn image(map: &ShapeMap, radius: f32, size: [u32; 2]) -> Rgba32FImage {
+fn image(map: &ShapeMap, radius: f32, size: [u32; 2]) -> Rgba32FImage {
     let map_size = [map.width(), map.height()];
     // Texels of the map that a texel of the chart takes the place of.
     let covered = |index: u32, axis: usize| {

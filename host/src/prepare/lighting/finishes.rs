@@ -6,9 +6,10 @@ use super::super::object::repeats;
 use super::super::prepared::PreparedObject;
 use super::bakes::Bakes;
 use super::cells::{Cells, cells};
-use super::chart;
+use super::chart::{self, Charted};
+use super::far::mean_from;
 use super::of_meshes::OfMeshes;
-use super::pictures::{Encoding, Levels, Pictures, TEXEL, levels};
+use super::pictures::{Encoding, Pictures, TEXEL};
 use crate::Error;
 use crate::limits::Account;
 use crate::mesh::MeshTriangle;
@@ -49,6 +50,7 @@ pub(super) fn finishes(
         let same = |other: &&PreparedObject| other.shares_facets(prepared);
         if let Some(first) = before.iter().rev().find(same) {
             prepared.parameters.finish = first.parameters.finish;
+            prepared.parameters.mean_from = first.parameters.mean_from;
             continue;
         }
         let object = &scene.objects[prepared.number];
@@ -101,6 +103,14 @@ pub(super) fn finishes(
             true => of_meshes.materials(object, &prepared.mesh, pictures, words, account)?,
             false => vec![Material::default()],
         };
+        let (chart, far_from) =
+            chart_of(scene, object, prepared, &mut bakes.charts, words, account)?;
+        prepared.parameters.mean_from = mean_from(
+            far_from,
+            [chart.image.width, chart.image.height],
+            prepared.parameters.depth,
+            &facets[first_facet as usize..],
+        );
         for (index, layer) in described(object).enumerate() {
             let (map, parameters) = match prepared.layers.get(index) {
                 Some(layer) => (&layer.map, &layer.parameters),
@@ -195,15 +205,16 @@ fn cells_of(
     Ok((image, area.sqrt() as f32))
 }
 
-/// Returns the chart of an object's pattern, if smooth edges are asked for.
+/// Returns the chart of an object's pattern, if smooth edges are asked for, and the width of a pixel from which on
+/// the mean is all that it shows, texels of the chart.
 fn chart_of(
     scene: &Scene,
     object: &SceneObject,
     prepared: &PreparedObject,
-    known: &mut Memo<(Same<ShapeMap>, f32), (Levels, Chart)>,
+    known: &mut Memo<(Same<ShapeMap>, f32), Charted>,
     words: &mut Vec<u32>,
     account: &mut Account<'_>,
-) -> Result<Chart, Error> {
+) -> Result<(Chart, f32), Error> {
     let Object {
         map_format,
         cut_out,
@@ -213,28 +224,27 @@ fn chart_of(
     // no surface of the object. Layers have no mean.
     let has_none = map_format == FORMAT_PAPER || cut_out != 0 || !prepared.layers.is_empty();
     if !scene.smooth_edges || has_none {
-        return Ok(Chart::default());
+        return Ok((Chart::default(), f32::INFINITY));
     }
     let map = &prepared.map;
     let radius = Profile::new(&prepared.parameters).radius(0.0);
     let key = (Same(map.clone()), radius);
     let found = match known.get(&key) {
         Some(found) => {
-            account.take(&object.shape, found.0.texels(), TEXEL)?;
+            account.take(&object.shape, found.image.texels(), TEXEL)?;
             found
         }
         None => {
             let (chart, size) = chart::chart(map, radius);
             account.take(&object.shape, chart::area(size), TEXEL)?;
-            let image = levels(chart::image(map, radius, size));
-            known.insert(key, (image, chart))
+            known.insert(key, Charted::new(map, radius, chart, size))
         }
     };
-    let (image, chart) = &*found;
-    Ok(Chart {
-        image: image.append(words),
-        ..*chart
-    })
+    let chart = Chart {
+        image: found.image.append(words),
+        ..found.chart
+    };
+    Ok((chart, found.far_from))
 }
 
 /// Returns how the pattern lies on a triangle with the materials of `slot`.

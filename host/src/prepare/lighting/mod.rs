@@ -10,6 +10,7 @@
 //! of_meshes     materials of mesh files
 //! cells         pattern → its connected pieces
 //! chart         pattern → what it is on average
+//! far           chart → from which width of a pixel on that is all it shows
 //! bakes         pictures, environment, cells and charts, kept for the next scene
 //! ```
 
@@ -17,6 +18,7 @@ mod bakes;
 mod cells;
 mod chart;
 mod environment;
+mod far;
 mod finishes;
 mod lights;
 mod of_meshes;

@@ -466,16 +466,16 @@ fn objects_that_differ_by_their_place_share_their_materials() {
 /// An azimuth that is not along the pattern's axes.
 const ASIDE: f64 = 0.59;
 
-/// Returns the mean linear RGB of a plate with `pattern`, 64 times along each side, whose grooves are
-/// half as deep as the pattern is wide and grow by `bevel` of its width, seen from `elevation` degrees
-/// above it, at a quarter of a turn for an `azimuth` of 1: from one sample with smooth edges in each of
-/// 8 × 8 pixels, and from 64 times as many along each side.
+/// Returns a plate with `pattern`, 64 times along each side, whose grooves are half as deep as the pattern is wide
+/// and grow by `bevel` of its width, seen from `elevation` degrees above it, at a quarter of a turn for an
+/// `azimuth` of 1, in `side` × `side` pixels: of 8 × 8, each is wider than the pattern.
 fn far_plate(
     pattern: &Pattern,
     bevel: f64,
     [elevation, azimuth]: [f64; 2],
     light: &LightSource,
-) -> [[f64; 3]; 2] {
+    (side, is_smooth): (u32, bool),
+) -> Scene {
     let (sine, cosine) = elevation.to_radians().sin_cos();
     let (across, along) = (azimuth * std::f64::consts::FRAC_PI_2).sin_cos();
     let eye = DVec3::new(along * cosine, sine, across * cosine) * 20.0;
@@ -496,24 +496,31 @@ fn far_plate(
         true => object.with_technique(Technique::Beveled).bevel(bevel),
         false => object,
     };
-    let scene = |side: u32, is_smooth: bool| {
-        let camera = Camera::new(eye.to_array(), [0.0; 3]);
-        let mut scene = Scene::default()
-            .size(side, side)
-            .camera(camera)
-            .environment(Environment {
-                intensity: if light.intensity > 0.0 { 0.0 } else { 1.0 },
-                occlusion: 0.0,
-                ..Environment::default()
-            })
-            .with_light(light.clone())
-            .object(object.clone());
-        scene.field_of_view = 1.0;
-        scene.smooth_edges = is_smooth;
-        scene
-    };
-    [(8, true), (512, false)].map(|(side, is_smooth)| {
-        let (_, words) = colors(&scene(side, is_smooth));
+    let mut scene = Scene::default()
+        .size(side, side)
+        .camera(Camera::new(eye.to_array(), [0.0; 3]))
+        .environment(Environment {
+            intensity: if light.intensity > 0.0 { 0.0 } else { 1.0 },
+            occlusion: 0.0,
+            ..Environment::default()
+        })
+        .with_light(light.clone())
+        .object(object);
+    scene.field_of_view = 1.0;
+    scene.smooth_edges = is_smooth;
+    scene
+}
+
+/// Returns the mean linear RGB of [`far_plate`]: from one sample with smooth edges in each of 8 × 8 pixels,
+/// and from 64 times as many along each side.
+fn far_colors(
+    pattern: &Pattern,
+    bevel: f64,
+    place: [f64; 2],
+    light: &LightSource,
+) -> [[f64; 3]; 2] {
+    [(8, true), (512, false)].map(|drawn| {
+        let (_, words) = colors(&far_plate(pattern, bevel, place, light, drawn));
         let mut sum = [0.0; 3];
         for pixel in &words.words {
             assert_ne!(pixel[3] & 0xff, CLASS_MISS);
@@ -543,7 +550,7 @@ fn small_patterns() -> [Pattern; 4] {
     ]
 }
 
-/// Asserts that the two colours of [`far_plate`] differ by less than `most` of the light of the second.
+/// Asserts that the two colours of [`far_colors`] differ by less than `most` of the light of the second.
 fn assert_alike([found, expected]: [[f64; 3]; 2], most: f64, what: &str) {
     println!("{what}: {found:.3?} {expected:.3?}");
     let whole: f64 = expected.iter().sum();
@@ -560,7 +567,7 @@ fn assert_lit_alike(pattern: &Pattern, bevel: f64, most: f64, what: &str) {
             direction,
             ..LightSource::default()
         };
-        let colors = far_plate(pattern, bevel, [50.0, ASIDE], &light);
+        let colors = far_colors(pattern, bevel, [50.0, ASIDE], &light);
         assert_alike(colors, most, &format!("{what} {direction:?}"));
     }
 }
@@ -579,7 +586,7 @@ fn dark() -> LightSource {
 fn the_mean_of_a_small_pattern_has_the_shares_of_its_surfaces() {
     for (index, pattern) in small_patterns().iter().enumerate() {
         for elevation in [80.0, 50.0, 25.0] {
-            let colors = far_plate(pattern, 0.0, [elevation, ASIDE], &dark());
+            let colors = far_colors(pattern, 0.0, [elevation, ASIDE], &dark());
             assert_alike(colors, 0.035, &format!("{index} {elevation}"));
         }
     }
@@ -592,7 +599,7 @@ fn the_mean_of_bricks_has_the_shares_that_are_seen_along_their_joints() {
     // Across the long joints, some rays meet a joint between bricks, and go farther than most.
     for (azimuth, most) in [(0.0, 0.035), (0.05, 0.035), (1.0, 0.045)] {
         for elevation in [50.0, 25.0] {
-            let colors = far_plate(bricks, 0.0, [elevation, azimuth], &dark());
+            let colors = far_colors(bricks, 0.0, [elevation, azimuth], &dark());
             assert_alike(colors, most, &format!("{elevation} {azimuth}"));
         }
     }
@@ -608,7 +615,7 @@ fn the_mean_of_a_small_pattern_is_lit_where_shadow_maps_are_coarse() {
     };
     let patterns = small_patterns();
     for (index, most) in [(0, 0.06), (1, 0.06), (2, 0.14), (3, 0.06)] {
-        let colors = far_plate(&patterns[index], 0.1, [50.0, ASIDE], &light);
+        let colors = far_colors(&patterns[index], 0.1, [50.0, ASIDE], &light);
         assert_alike(colors, most, &format!("{index}"));
     }
 }
@@ -634,5 +641,32 @@ fn the_mean_of_a_small_pattern_is_lit_on_sides_that_lean() {
         (3, 0.35, 0.06),
     ] {
         assert_lit_alike(&patterns[index], bevel, most, &format!("{index} {bevel}"));
+    }
+}
+
+/// Pixels that show nothing but the mean are the same if their rays are marched.
+#[test]
+fn a_mean_is_the_same_without_a_march() {
+    let light = LightSource::default();
+    for (index, pattern) in small_patterns().iter().enumerate() {
+        let scene = far_plate(pattern, 0.1, [50.0, ASIDE], &light, (8, true));
+        let found = prepare(&scene, &|_| ()).unwrap();
+        let mut marched = prepare(&scene, &|_| ()).unwrap();
+        assert!(found.objects[0].parameters.mean_from > 0.0, "{index}");
+        marched.objects[0].parameters.mean_from = 0.0;
+        let [found, marched] =
+            [&found, &marched].map(|scene| CpuRenderer::new(scene).color(&scene.frame).unwrap());
+        // Otherwise rays are marched in both.
+        assert!(found.words.iter().all(|pixel| pixel[3] == CLASS_CAP));
+        assert!(marched.words.iter().any(|pixel| pixel[3] & 7 != CLASS_CAP));
+        for (found, marched) in found.words.iter().zip(&marched.words) {
+            for (found, marched) in found.iter().zip(marched).take(3) {
+                let [found, marched] = [found, marched].map(|word| f32::from_bits(*word));
+                assert!(
+                    (found - marched).abs() < 2e-3 * marched.max(0.1),
+                    "{index}: {found} {marched}"
+                );
+            }
+        }
     }
 }

@@ -33,8 +33,8 @@ pub(super) fn is_inside<H: Hits + ?Sized>(frame: &Frame, hits: &H, at: IVec2) ->
             let square = kept(other_ray.dot(other_ray) * inverse * inverse);
             let other_depth = f32::from_bits(other_place.x) * inverse * (1.5 - 0.5 * square);
             let way = kept3(other_ray * other_depth - ray * depth);
-            // How far each hit is from the plane of the other, and how that faces its ray, at worst. All are 0 for
-            // misses.
+            // How far each hit is from the plane of the other, and how that faces its ray, at worst. Both height
+            // and slack are 0 for misses.
             let turn = gbuffer::largest_turn(surface.y, other_surface.y);
             let height = abs(kept(normal.dot(way))) + turn * size_of(way);
             let faces = min(facing, -kept(normal.dot(other_ray))) - turn * size_of(other_ray);
