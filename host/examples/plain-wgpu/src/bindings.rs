@@ -133,6 +133,8 @@ pub struct Object {
     pub finish: u32,
     /// Number of the object's facets.
     pub facets: u32,
+    /// Width of a pixel from which on only the mean of the pattern is seen; exported shaders do not read it. In object units.
+    pub mean_from: f32,
 }
 
 /// One corner of a triangle.
