@@ -176,4 +176,63 @@ fn patterns_of_several_sizes_and_baked_maps_are_refused() {
         .unwrap_err()
         .to_string();
     assert!(baked.contains("map.png is a baked shape map"), "{baked}");
+    let text = text.replacen(
+        "shape = { text = 'A' }",
+        "shape = 'map.png'\npieces = [1, 2]",
+        1,
+    );
+    let text = text.split("[[object.layer]]").next().unwrap();
+    let scene = Scene::parse_with(text, Path::new(""), &Limits::default(), scene.files).unwrap();
+    let pieces = prepare(&scene, &|_| ())
+        .map(|_| ())
+        .unwrap_err()
+        .to_string();
+    assert!(
+        pieces.contains("map.png is a baked shape map, whose pieces are not known"),
+        "{pieces}"
+    );
+}
+
+/// Nine squares in three parts: three at each of three heights, as wide as they are together.
+#[test]
+fn pieces_of_a_pattern_stand_at_their_heights() {
+    let squares: String = (0..9)
+        .map(|i| format!("M{} {}h20v20h-20Z ", 7 + i % 3 * 33, 7 + i / 3 * 33))
+        .collect();
+    let square = drawing(&squares);
+    let part = |number: u32| format!("shape = {{ svg = \"{square}\" }}\npieces = [{number}, 3]\n");
+    let text = format!(
+        "[image]\nsize = [240, 240]\n[camera]\neye = [0.0, 9.0, 0.01]\nfov = 14.0\n[[object]]\nmesh = \"../meshes/plane.obj\"\nraster = 100\ndepth = 0.08\n{}[[object.layer]]\ntop = 0.25\n{}[[object.layer]]\ntop = 0.5\n{}",
+        part(1),
+        part(2),
+        part(3)
+    );
+    // The number of pixels with a cap at each height.
+    let caps = |text: &str| {
+        let scene = Scene::parse(text, &asset("scenes/test.toml")).unwrap();
+        let prepared = prepare(&scene, &|_| ()).unwrap();
+        let geometry = CpuRenderer::new(&prepared)
+            .geometry(&prepared.frame)
+            .unwrap();
+        let mut caps = [0_u32; 3];
+        for pixel in 0..240 * 240 {
+            if geometry.class(pixel) == CLASS_CAP {
+                let height = 4.0 * geometry.delta(pixel);
+                assert!((height - height.round()).abs() < 0.05, "{height}");
+                caps[height.round() as usize] += 1;
+            }
+        }
+        caps
+    };
+    let parts = caps(&text);
+    let [whole, ..] = caps(
+        &text
+            .split("[[object.layer]]")
+            .next()
+            .unwrap()
+            .replace("[1, 3]", "[1, 1]"),
+    );
+    for pixels in parts {
+        assert!(pixels.abs_diff(whole / 3) < whole / 30, "{parts:?} {whole}");
+    }
 }

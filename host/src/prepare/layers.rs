@@ -33,6 +33,7 @@ pub(super) struct Described<'a> {
     pub extrusion: &'a Extrusion,
     pub material: &'a Material,
     pub finish: &'a Finish,
+    pub pieces: Option<[u32; 2]>,
 }
 
 /// Returns what `object` says about its layers: about its own pattern first.
@@ -43,6 +44,7 @@ pub(super) fn described(object: &SceneObject) -> impl Iterator<Item = Described<
         extrusion: &object.extrusion,
         material: &object.material,
         finish: &object.finish,
+        pieces: object.pieces,
     };
     let further = object.layers.iter().map(|layer: &Layer| Described {
         shape: &layer.shape,
@@ -50,6 +52,7 @@ pub(super) fn described(object: &SceneObject) -> impl Iterator<Item = Described<
         extrusion: &layer.extrusion,
         material: &layer.material,
         finish: &layer.finish,
+        pieces: layer.pieces,
     });
     std::iter::once(own).chain(further)
 }

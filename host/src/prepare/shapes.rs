@@ -25,6 +25,7 @@ struct Key {
     raster: Option<u32>,
     threshold: u8,
     invert: bool,
+    pieces: Option<[u32; 2]>,
 }
 
 impl Key {
@@ -35,6 +36,7 @@ impl Key {
             raster: object.raster,
             threshold: object.threshold,
             invert: object.invert,
+            pieces: object.pieces,
         }
     }
 
@@ -45,6 +47,7 @@ impl Key {
             raster: object.raster,
             threshold: layer.threshold,
             invert: layer.invert,
+            pieces: layer.pieces,
         });
         std::iter::once(Key::of(object)).chain(layers)
     }
@@ -224,6 +227,15 @@ impl Distances {
         if let Shape::File(path) = shape
             && ShapeMap::is_shape_map_of(&scene.files, path)?
         {
+            if key.pieces.is_some() {
+                return Err(Error::Object {
+                    scene: scene.path.clone(),
+                    name: object.name.clone(),
+                    problem: format!(
+                        "{shape} is a baked shape map, whose pieces are not known; leave pieces out, or name the pattern"
+                    ),
+                });
+            }
             let max_pixels = scene.limits.pixels.min(account.left(TEXEL));
             let map = ShapeMap::load_from(&scene.files, path, max_pixels)?;
             let baked = Distances::Baked(Arc::new(map));
@@ -244,6 +256,10 @@ impl Distances {
         };
         let pixels = u64::from(pattern.width()) * u64::from(pattern.height());
         account.take(shape, pixels, PIXEL)?;
+        let pattern = match key.pieces {
+            Some(pieces) => pattern.pieces(pieces).into(),
+            None => pattern,
+        };
         Ok(Distances::Plain(signed_distance_field(
             &pattern,
             &|fraction| progress(Step::ShapeMap(shape.clone(), fraction)),

@@ -224,6 +224,8 @@ macro_rules! carving_setters {
             threshold: u8;
             /// Sets whether the light pixels are the pattern.
             invert: bool;
+            /// Sets which part of the pattern's pieces is kept, of how many, 1…64.
+            pieces: [u32; 2], Some;
             /// Sets colours and gloss.
             material: Material;
             /// Sets materials of the scene in place of colours.

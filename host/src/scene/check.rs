@@ -301,6 +301,14 @@ fn carving<T: Carving>(owner: &T, extrusion: &Extrusion, prefix: &str) -> Result
         }
         ranges(lettering, TEXT, &format!("{prefix}shape."))?;
     }
+    if let Some([number, parts]) = owner.pieces()
+        && number > parts
+    {
+        let problem = format!(
+            "is [{number}, {parts}], but there is no part {number} of {parts}: the first number is at most the second"
+        );
+        return wrong("pieces", &problem);
+    }
     if extrusion.profile >= PROFILES {
         let problem = "has a profile that does not exist; set a technique";
         return wrong("technique", problem);

@@ -26,6 +26,8 @@ pub struct Layer {
     pub threshold: u8,
     /// Whether the light pixels are the pattern.
     pub invert: bool,
+    /// Which part of the pattern's pieces is kept, of how many.
+    pub pieces: Option<[u32; 2]>,
     /// δ of its caps, 0…1.
     pub top: f64,
     /// δ where it ends, above `top`, at most 1, where the floor is.
@@ -45,6 +47,7 @@ impl Default for Layer {
             shape: Shape::File(PathBuf::new()),
             threshold: DEFAULT_THRESHOLD,
             invert: false,
+            pieces: None,
             top: 0.0,
             bottom: 1.0,
             extrusion: Extrusion::default(),

@@ -91,6 +91,8 @@ pub struct SceneObject {
     pub threshold: u8,
     /// Whether the light pixels are the pattern.
     pub invert: bool,
+    /// Which part of the pattern's pieces is kept, of how many ([`Pattern::pieces`](crate::shape_map::Pattern::pieces)).
+    pub pieces: Option<[u32; 2]>,
     /// Colours and gloss.
     pub material: Material,
     /// Materials of the scene in place of the colours.
@@ -136,6 +138,7 @@ impl Default for SceneObject {
             crease_angle: DEFAULT_CREASE_ANGLE,
             threshold: DEFAULT_THRESHOLD,
             invert: false,
+            pieces: None,
             material: Material::default(),
             finish: Finish::default(),
             layers: Vec::new(),

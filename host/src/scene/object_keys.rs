@@ -68,6 +68,11 @@ macro_rules! carving_key {
     ($owner:ty, "invert") => {
         key!($owner, "invert", invert: bool, "Makes the light pixels the pattern.")
     };
+    ($owner:ty, "pieces") => {
+        key!($owner, "pieces", pieces: Option<[u32; 2]>, "Keeps one part of the pattern's connected pieces, which are dealt at random: `[1, 3]` is the first of three parts. Layers of the other parts may differ in height, technique and material ([pieces](#pieces)).")
+            .range(1.0, 64.0)
+            .default("all pieces")
+    };
 }
 
 /// Keys of a table `[[object]]`. Those that change the defaults of others come
@@ -163,6 +168,7 @@ pub static OBJECT: &[Key<SceneObject>] = &[
         .slider("Crease angle", 0.0, 180.0),
     carving_key!(SceneObject, "threshold"),
     carving_key!(SceneObject, "invert"),
+    carving_key!(SceneObject, "pieces"),
     key!(SceneObject, "scale", scale: f64, "Uniform scale, before rotation.")
         .range(SCALES.0, SCALES.1)
         .logarithmic_slider("Scale", 0.01, 100.0),
@@ -193,6 +199,7 @@ pub static LAYER: &[Key<Layer>] = &[
     carving_key!(Layer, "terraces"),
     carving_key!(Layer, "threshold"),
     carving_key!(Layer, "invert"),
+    carving_key!(Layer, "pieces"),
 ];
 
 /// Creates the entry of a part of an object or a layer: a colour, or the name of a material.
@@ -285,6 +292,9 @@ pub(super) trait Carving: Sized + 'static {
     /// Returns its pattern.
     fn shape(&self) -> &Shape;
 
+    /// Returns which part of the pattern's pieces it keeps, of how many.
+    fn pieces(&self) -> Option<[u32; 2]>;
+
     /// Sets its pattern.
     fn set_shape(&mut self, shape: Shape);
 }
@@ -309,6 +319,9 @@ macro_rules! carving {
             }
             fn shape(&self) -> &Shape {
                 &self.shape
+            }
+            fn pieces(&self) -> Option<[u32; 2]> {
+                self.pieces
             }
             fn set_shape(&mut self, shape: Shape) {
                 self.shape = shape;

@@ -210,6 +210,37 @@ of `[object.material]`; those that a layer leaves out are as in the object's tab
 are measured in the layer's part of the depth. Layers need the tiers `planar`, `fast` or `accurate`, no
 `relief`, and no baked shape map. Tracks do not change them. Where [engines](export.md) call the hit function, a hit does
 not tell its layer: all layers have the object's materials there.
+
+### Pieces
+
+![A wall of bricks that stand out by three heights, a third of them darker](images/pieces.png)
+
+`relievo render assets/scenes/pieces.toml --size 560x420 -o docs/images/pieces.png`
+
+`pieces = [1, 3]` keeps a third of the pattern's connected pieces, such as the bricks of a wall, chosen at random. With a
+layer of the same pattern for each of the other parts, pieces differ in height, technique and material:
+
+```toml
+[[object]]
+mesh = \"wall.obj\"
+shape = \"bricks.png\"
+pieces = [1, 3]
+depth = 0.05
+
+[[object.layer]]
+shape = \"bricks.png\"
+pieces = [2, 3]
+top = 0.2
+
+[[object.layer]]
+shape = \"bricks.png\"
+pieces = [3, 3]
+top = 0.4
+material = { cap = \"#7c3b28\", wall = \"#7c3b28\" }
+```
+
+Each part costs what a layer does ([Layers](measurements.md#layers)). `shade_variation`, `shift_pictures` and `turn_pictures`
+of a [material](#material) need no parts.
 ";
 
 const ANIMATION: &str = "

@@ -3,7 +3,7 @@
 //!
 //! | step | module | result |
 //! |---|---|---|
-//! | 1. threshold an image, a drawing or text | [`pattern`] | [`Pattern`]: the pixels that are extruded |
+//! | 1. threshold an image, a drawing or text; choose pieces | [`pattern`] | [`Pattern`]: the pixels that are extruded |
 //! | 2. distance transform | [`distance`] | [`DistanceField`]: exact, toroidal, signed, in texels |
 //! | 3. encode | [`storage`], [`map`] | [`ShapeMap`]: packed texels in one of four forms |
 //! | 4. save (optional) | [`mod@file`] | a PNG or OpenEXR file with its description |
@@ -37,6 +37,7 @@ mod limits;
 pub mod map;
 pub mod pattern;
 mod picture;
+mod pieces;
 mod raster;
 pub mod storage;
 
@@ -47,6 +48,7 @@ pub use limits::{DEFAULT_MAX_PIXELS, MAX_PIXELS};
 pub use map::ShapeMap;
 pub use pattern::{Pattern, PatternOptions};
 pub(crate) use picture::load_picture;
+pub(crate) use pieces::neighbours;
 pub use raster::{DEFAULT_RASTER, LARGEST_RASTER, SMALLEST_RASTER};
 pub use storage::{Encoding, Storage};
 

@@ -233,6 +233,12 @@ impl Pattern {
         })
     }
 
+    /// Returns a pattern of the same size with the pixels `solid`.
+    pub(super) fn with_solid(&self, solid: Vec<bool>) -> Self {
+        debug_assert_eq!(solid.len(), self.solid.len());
+        Self { solid, ..*self }
+    }
+
     /// Returns the width in pixels, at least 1.
     pub fn width(&self) -> u32 {
         self.width

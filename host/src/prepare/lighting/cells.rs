@@ -1,6 +1,6 @@
 //! Cells of a pattern: its connected pieces, and for each texel the nearest one.
 
-use crate::shape_map::ShapeMap;
+use crate::shape_map::{ShapeMap, neighbours};
 use relievo_shared::shading::cells::NUMBER_BITS;
 use std::collections::VecDeque;
 
@@ -91,31 +91,6 @@ fn moved(member: Member, crossed: [i32; 2]) -> Member {
 fn word(Member { cell, before }: Member) -> u32 {
     let [u, v] = before.map(|repeat| (repeat + 1) as u32);
     cell & ((1 << NUMBER_BITS) - 1) | u << NUMBER_BITS | v << (NUMBER_BITS + 2)
-}
-
-/// Returns the eight texels around `index`, and how many repeats lie between.
-fn neighbours(index: usize, [width, height]: [usize; 2]) -> [(usize, [i32; 2]); 8] {
-    let [x, y] = [index % width, index / width];
-    let step = |at: usize, by: i32, size: usize| {
-        let to = at as i32 + by;
-        let wrapped = to.rem_euclid(size as i32);
-        (wrapped as usize, to.div_euclid(size as i32))
-    };
-    [
-        [1, 0],
-        [-1, 0],
-        [0, 1],
-        [0, -1],
-        [1, 1],
-        [1, -1],
-        [-1, 1],
-        [-1, -1],
-    ]
-    .map(|[across, down]| {
-        let (x, u) = step(x, across, width);
-        let (y, v) = step(y, down, height);
-        (y * width + x, [u, v])
-    })
 }
 
 #[cfg(test)]

@@ -118,7 +118,7 @@ pub(super) fn finishes(
             };
             let (cells, cell_width) =
                 cells_of(scene, &layer, map, &mut bakes.cells, words, account)?;
-            let chart = chart_of(scene, object, prepared, &mut bakes.charts, words, account)?;
+            let part = layer.pieces.map_or(0, |[number, _]| number);
             // In the order of the classes; `None` is that of the mesh.
             let mut classes: Vec<(Option<Material>, Image)> = Vec::new();
             for (name, color) in [
@@ -154,7 +154,8 @@ pub(super) fn finishes(
                         false => 0.0,
                     }),
                     cells: *cells,
-                    seed: prepared.number as u32,
+                    // Pieces are numbered anew in each part.
+                    seed: prepared.number as u32 ^ part << 16,
                     growth: growth(parameters),
                     rim: rim(parameters),
                     side: match grows_mostly(parameters) {

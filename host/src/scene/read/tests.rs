@@ -406,6 +406,7 @@ bottom = 0.75
 bevel = 0.125
 threshold = 64
 invert = true
+pieces = [2, 3]
 material = { cap = '#ffffff', wall = 'oak' }
 ";
 
@@ -428,6 +429,7 @@ fn layers_have_the_materials_of_their_object_where_they_name_none() {
 
     assert_eq!((second.top, second.bottom), (0.25, 0.75));
     assert_eq!((second.threshold, second.invert), (64, true));
+    assert_eq!((first.pieces, second.pieces), (None, Some([2, 3])));
     assert_eq!(second.technique(), Technique::Beveled);
     assert_eq!(second.extrusion.bevel, 0.125);
     assert_eq!(second.material.cap, Color([1.0; 3]));
@@ -518,6 +520,16 @@ fn mistakes_in_layers_are_told_with_line_and_key() {
             "top = 0.25",
             "repeat = [2, 2]",
             "object 1: layer 2: repeat is not a key",
+        ),
+        (
+            "pieces = [2, 3]",
+            "pieces = [4, 3]",
+            "line 15, column 10: object 1: layer 2: pieces is [4, 3], but there is no part 4 of 3: the first number is at most the second",
+        ),
+        (
+            "pieces = [2, 3]",
+            "pieces = [0, 3]",
+            "object 1: layer 2: pieces is [0, 3]; it goes from 1 to 64",
         ),
         (
             "[[object.layer]]\nshape = 'c.svg'\n[[object.layer]]",

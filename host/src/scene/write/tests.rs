@@ -77,20 +77,28 @@ fn shape() -> impl Strategy<Value = Shape> {
     ]
 }
 
+/// A part of the pieces of a pattern, or all.
+fn pieces() -> impl Strategy<Value = Option<[u32; 2]>> {
+    prop::option::of(
+        (1..=64_u32).prop_flat_map(|parts| (1..=parts).prop_map(move |number| [number, parts])),
+    )
+}
+
 /// A layer, but for its gloss.
 fn layer() -> impl Strategy<Value = Layer> {
-    let pattern = (shape(), 1..=255_u8, any::<bool>());
+    let pattern = (shape(), 1..=255_u8, any::<bool>(), pieces());
     let part = prop::sample::subsequence(vec![0.0, 0.1, 0.5, 1.0], 2);
     let technique = prop::sample::select(&Technique::ALL[..Technique::ALL.len() - 1]);
     let growth = (technique, number(-1.0, 2.0), number(0.0, 1.0), 1..=64_u32);
     let colors = prop::array::uniform4(color());
     let of_mesh = any::<bool>();
     (pattern, part, growth, colors, of_mesh).prop_map(|(pattern, part, growth, colors, of_mesh)| {
-        let (shape, threshold, invert) = pattern;
+        let (shape, threshold, invert, pieces) = pattern;
         let (technique, extension, chamfer, parts) = growth;
         let mut layer = Layer {
             threshold,
             invert,
+            pieces,
             ..Layer::new(shape).with_technique(technique)
         };
         (layer.top, layer.bottom) = (part[0], part[1]);
@@ -212,6 +220,7 @@ fn object() -> impl Strategy<Value = SceneObject> {
         number(0.0, 180.0),
         1..=255_u8,
         any::<[bool; 4]>(),
+        pieces(),
     );
     let material = (
         prop::array::uniform4(color()),
@@ -228,6 +237,7 @@ fn object() -> impl Strategy<Value = SceneObject> {
                 crease_angle,
                 threshold,
                 [cut_out, self_shadow, invert, raised],
+                pieces,
             ) = pattern;
             let ([cap, wall, bevel, floor], specular, shininess) = material;
             let mesh = MeshSource::File(mesh);
@@ -256,6 +266,7 @@ fn object() -> impl Strategy<Value = SceneObject> {
                 crease_angle,
                 threshold,
                 invert,
+                pieces,
                 scale,
                 rotate,
                 translate,
