@@ -524,12 +524,12 @@ fn mistakes_in_layers_are_told_with_line_and_key() {
         (
             "pieces = [2, 3]",
             "pieces = [4, 3]",
-            "line 15, column 10: object 1: layer 2: pieces is [4, 3], but there is no part 4 of 3: the first number is at most the second",
+            "line 16, column 10: object 1: layer 2: pieces is [4, 3], but there is no part 4 of 3: the first number is at most the second",
         ),
         (
             "pieces = [2, 3]",
             "pieces = [0, 3]",
-            "object 1: layer 2: pieces is [0, 3]; it goes from 1 to 64",
+            "object 1: layer 2: pieces is [0, 3]; its numbers go from 1 to 64",
         ),
         (
             "[[object.layer]]\nshape = 'c.svg'\n[[object.layer]]",
