@@ -25,8 +25,7 @@ pub(super) struct Charted {
 }
 
 impl Charted {
-    /// Returns the chart `chart` of `map`, whose pattern reaches to the distance `radius`, texels, with an image of
-    /// `size`.
+    /// Adds the image of `size` to `chart`, that of `map`, whose pattern reaches to the distance `radius`, texels.
     pub(super) fn new(map: &ShapeMap, radius: f32, chart: Chart, size: [u32; 2]) -> Charted {
         let image = image(map, radius, size);
         Charted {

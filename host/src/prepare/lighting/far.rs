@@ -8,7 +8,8 @@ use relievo_shared::shading::mean::MOST;
 
 /// How many times such a pixel is as wide as a groove, or as the pattern is deep.
 const WIDER: f32 = 2.0;
-/// Texels of the level that a pixel of one texel is looked up in ([`relievo_shared::shading::image`]): 1 / 0.7.
+/// Width of the narrowest pixel that is looked up in a level, texels of that level: 1 / 0.7, as in
+/// [`relievo_shared::shading::image`].
 const LEVEL: f32 = 1.43;
 
 /// Returns the width of a pixel from which on a pattern is seen as its mean only, wherever the pixel is:
@@ -21,7 +22,7 @@ pub(super) fn from(chart: &Rgba32FImage, gap: f32) -> f32 {
         level = halve(&level);
         widths.push(widest(&level));
     }
-    // From the last level up, for as long as its pixels are wider than the grooves of that level.
+    // From the coarsest level to finer ones, while their pixels are wide enough for the grooves in them.
     let (mut least, mut most) = (f32::INFINITY, 0.0_f32);
     for (level, width) in widths.iter().enumerate().rev() {
         most = most.max(WIDER * width);
