@@ -172,13 +172,15 @@ pub fn coordinates<T: Texels + ?Sized>(
     }
 }
 
-/// Returns what `material` is at `hit`, whose pictures lie at `coordinates`.
+/// Returns what `material` is at `hit`, whose pictures lie at `coordinates`. A hit that `is_anywhere` in its
+/// pixel is as even as without a picture of normals.
 #[inline]
 pub fn values<T: Tables + ?Sized>(
     tables: &T,
     hit: &Sample,
     material: &Material,
     coordinates: &Coordinates,
+    is_anywhere: bool,
 ) -> Values {
     let mut found = Values {
         base_color: vec3(material.base_color) * coordinates.shade,
@@ -199,7 +201,8 @@ pub fn values<T: Tables + ?Sized>(
         } else {
             material.emission_image
         };
-        if image.levels != 0 {
+        let is_used = which != 2 || !is_anywhere;
+        if image.levels != 0 && is_used {
             let value = sample_over(tables, &image, coordinates.at, &coordinates.footprint);
             let rgb = Vec3::new(value.x, value.y, value.z);
             if which == 0 {

@@ -42,12 +42,34 @@ const ALIKE_SLOPE: Real = 0.25;
 /// How many times a groove may be narrower than the mean of the gaps of its pattern.
 pub const MOST_UNEVEN: Real = 2.0;
 
+/// 1 / the largest share of a part that is not shaded; it counts fully from twice that share on.
+const MANY: Real = 256.0;
+
 /// Which shares of an area are seen; the rest is floor.
 #[derive(Clone, Copy, Debug)]
 struct Seen {
     cap: Real,
-    /// Of the grooves of each family.
+    /// Of the sides of each family.
     sides: Vec2,
+    /// Share of those that face away from the eye.
+    away: Vec2,
+}
+
+impl Seen {
+    /// Returns the share of the part that `step` shades; 0 of one that is too small to matter.
+    #[inline]
+    fn share(&self, step: u32) -> Real {
+        let share = if step == CAP {
+            self.cap
+        } else if step == FLOOR {
+            1.0 - self.cap - self.sides.x - self.sides.y
+        } else {
+            let away = of_family(self.away, is_second(step));
+            let share = if is_away(step) { away } else { 1.0 - away };
+            of_family(self.sides, is_second(step)) * share
+        };
+        share * clamp(share * MANY - 1.0, 0.0, 1.0)
+    }
 }
 
 /// How a pixel sees the mesh.
@@ -70,6 +92,18 @@ const CAP: u32 = 1;
 /// second one.
 const SIDES: u32 = 2;
 const FLOOR: u32 = 6;
+
+/// Returns whether the sides that `step` shades are those of the second family.
+#[inline]
+fn is_second(step: u32) -> bool {
+    step > SIDES + 1
+}
+
+/// Returns whether the sides that `step` shades face away from the eye.
+#[inline]
+fn is_away(step: u32) -> bool {
+    (step - CAP) & 1 == 0
+}
 
 /// Returns the words of pixel (`x`, `y`) of a picture with smooth edges, where the mean of a pattern
 /// is seen instead of what the pixel hits: not at all where the grooves of the pattern are wider than
@@ -347,6 +381,7 @@ fn pattern<T: Tables + ?Sized, H: Hits + ?Sized>(
     let seen = Seen {
         cap: cap_share,
         sides: Vec2::new(first, max(side - first, 0.0)),
+        away: grooves.away(view.direction),
     };
     (pattern, seen, weight)
 }
@@ -361,14 +396,23 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
     at: (u32, u32),
 ) -> (Vec3, Real) {
     let (mut rgb, mut total, mut weight) = (Vec3::ZERO, 0.0, 0.0);
+    // Of no light yet.
+    let mut visible = (u32::MAX, 0.0);
     let mut pattern = Pattern::NONE;
     let mut seen = Seen {
         cap: 1.0,
         sides: Vec2::ZERO,
+        away: Vec2::ZERO,
     };
     let (mut step, mut end) = (FIND, 1);
     while step < end {
-        if step > FIND || may_be_seen(tables, frame, hits, at) {
+        let share = if step > FIND { seen.share(step) } else { 0.0 };
+        let is_next = if step > FIND {
+            share > 0.0
+        } else {
+            may_be_seen(tables, frame, hits, at)
+        };
+        if is_next {
             // Read again for each part, so that it takes no registers meanwhile.
             let hit = hits.sample_on_mesh(at.0, at.1);
             let direction = pixel_ray(frame, at.0, at.1);
@@ -381,7 +425,7 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
                 }
             } else {
                 let grooves = view.grooves(tables, &pattern);
-                let (light, share) = part(tables, frame, lighting, &view, &grooves, &seen, step);
+                let light = part(tables, frame, lighting, &view, &grooves, step, &mut visible);
                 let share = share * mixed(lighting, light);
                 rgb += light * share;
                 total += share;
@@ -392,7 +436,8 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
     (rgb * div(1.0, max(total, 1e-12)), weight)
 }
 
-/// Returns the light of the part of `grooves` that `step` shades, and its share of the mean.
+/// Returns the light of the part of `grooves` that `step` shades. `visible` keeps the index of the last light
+/// and the share of it that arrives at the cap, which is the same for all parts.
 #[inline]
 fn part<T: Tables + ?Sized>(
     tables: &T,
@@ -400,9 +445,9 @@ fn part<T: Tables + ?Sized>(
     lighting: &Lighting,
     view: &View,
     grooves: &Grooves,
-    seen: &Seen,
     step: u32,
-) -> (Vec3, Real) {
+    visible: &mut (u32, Real),
+) -> Vec3 {
     let View {
         direction,
         mesh,
@@ -410,18 +455,7 @@ fn part<T: Tables + ?Sized>(
         ..
     } = *view;
     let (is_cap, is_floor) = (step == CAP, step == FLOOR);
-    let (is_second, is_away) = (step > SIDES + 1, (step - CAP) & 1 == 0);
-    let share = if is_cap {
-        seen.cap
-    } else if is_floor {
-        1.0 - seen.cap - seen.sides.x - seen.sides.y
-    } else {
-        let away = grooves.away(direction, is_second);
-        of_family(seen.sides, is_second) * if is_away { away } else { 1.0 - away }
-    };
-    if share <= 0.0 {
-        return (Vec3::ZERO, 0.0);
-    }
+    let (is_second, is_away) = (is_second(step), is_away(step));
     let finish = tables.finish(finish_of(&cap));
     let down = if is_cap {
         0.0
@@ -442,15 +476,20 @@ fn part<T: Tables + ?Sized>(
         grooves.side(direction, is_second, is_away, &mesh, &hit, finish.side)
     };
     let on_cap = vec3(frame.eye) + direction * cap.t;
-    let arriving = |light: &Light, incoming: &Incoming, _| {
+    let arriving = |light: &Light, index: u32, incoming: &Incoming, _| {
         let own = if is_cap || light.shadows == 0 {
             1.0
         } else {
             let lift = lights::lift(tables, light, on_cap);
             grooves.lit(direction, is_floor, is_second, incoming, lift)
         };
-        own * lights::arriving(tables, light, on_cap, grooves.normal)
+        if visible.0 != index {
+            *visible = (
+                index,
+                lights::arriving(tables, light, on_cap, grooves.normal),
+            );
+        }
+        own * visible.1
     };
-    let light = shade_under(tables, frame, lighting, direction, &hit, !is_cap, arriving);
-    (light, share)
+    shade_under(tables, frame, lighting, direction, &hit, !is_cap, arriving)
 }

@@ -155,13 +155,13 @@ pub fn shade<T: Tables + ?Sized>(
         direction,
         hit,
         false,
-        |light, _, position| lights::arriving(tables, light, position, hit.normal),
+        |light, _, _, position| lights::arriving(tables, light, position, hit.normal),
     )
 }
 
 /// Returns the linear RGB of `hit`, seen along `direction`. If it `is_anywhere`, it stands for all that its pixel
-/// shows of a part, not for one place ([`coordinates`](material::coordinates)). `arriving` returns the share of a light
-/// that arrives at a position in the world.
+/// shows of a part, not for one place ([`coordinates`](material::coordinates)). `arriving` returns the share of a light,
+/// given with its index, that arrives at a position in the world.
 #[inline]
 pub fn shade_under<T: Tables + ?Sized>(
     tables: &T,
@@ -170,7 +170,7 @@ pub fn shade_under<T: Tables + ?Sized>(
     direction: Vec3,
     hit: &Sample,
     is_anywhere: bool,
-    arriving: impl Fn(&Light, &lights::Incoming, Vec3) -> Real,
+    mut arriving: impl FnMut(&Light, u32, &lights::Incoming, Vec3) -> Real,
 ) -> Vec3 {
     let first = material::finish_of(hit);
     let facet = tables.facet(tables.finish(first).first_facet + hit.facet);
@@ -179,7 +179,7 @@ pub fn shade_under<T: Tables + ?Sized>(
     let to_eye = -direction;
     let coordinates =
         material::coordinates(tables, frame, direction, hit, is_anywhere, finish, facet);
-    let values = material::values(tables, hit, &finish.material, &coordinates);
+    let values = material::values(tables, hit, &finish.material, &coordinates, is_anywhere);
     let normal = values.normal;
     let surface = Reflector::new(
         values.base_color,
@@ -204,7 +204,7 @@ pub fn shade_under<T: Tables + ?Sized>(
         let cosine = normal.dot(incoming.direction);
         // Nothing shines through the carved surface, whatever a picture says of its normal.
         if cosine > 0.0 && hit.normal.dot(incoming.direction) > 0.0 {
-            let share = arriving(light, &incoming, position);
+            let share = arriving(light, index, &incoming, position);
             if share > 0.0 {
                 color += lit(&surface, normal, to_eye, &incoming, cosine) * share;
             }

@@ -206,12 +206,12 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         if leads {
             return NONE;
         }
-        // Where their tangent planes meet, if they do.
+        // Where their tangent planes meet, if they do up to half a pixel beyond the centres.
         let (inverse, slope) = own.inverse(along);
         let (other_inverse, other_slope) = other.inverse(along);
         let first = inverse - (other_inverse - other_slope);
         let last = inverse + slope - other_inverse;
-        if (first < 0.0) != (last < 0.0) {
+        if abs(first + last) < 2.0 * abs(first - last) {
             let (nearer, farther, before) = if own.depth < other.depth {
                 (*own, *other, at - step)
             } else {
@@ -221,7 +221,10 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
             return if nearer.curves(&before, &farther) {
                 NONE
             } else {
-                Ends::meeting(clamp(div(first, first - last), 0.0, 1.0))
+                let at = div(first, first - last);
+                // Beyond a centre it counts less and less, so that nothing changes at once.
+                let at = if at > 1.0 { 2.0 - at } else { abs(at) };
+                Ends::meeting(clamp(at, 0.0, 1.0))
             };
         }
         is_own_nearer = first > 0.0;

@@ -199,13 +199,14 @@ impl Grooves {
         Vec2::new(width(shift.x, self.growth.x), width(shift.y, self.growth.y))
     }
 
-    /// Returns the share of what is seen of the sides of one family along `direction` that faces away
+    /// Returns the share of what is seen of the sides of each family along `direction` that faces away
     /// from the eye: something, if they lean back by more than it looks from the side.
     #[inline]
-    pub(super) fn away(&self, direction: Vec3, is_second: bool) -> Real {
-        let shift = of_family(self.shift(self.along(direction)), is_second);
-        let growth = of_family(self.growth, is_second);
-        div(max(growth - shift, 0.0), max(2.0 * growth, 1e-12))
+    pub(super) fn away(&self, direction: Vec3) -> Vec2 {
+        let shift = self.shift(self.along(direction));
+        let away =
+            |shift: Real, growth: Real| div(max(growth - shift, 0.0), max(2.0 * growth, 1e-12));
+        Vec2::new(away(shift.x, self.growth.x), away(shift.y, self.growth.y))
     }
 
     /// Returns the sides of one family that face the eye, which looks along `direction`, or away from
