@@ -61,6 +61,8 @@ pub struct Coordinates {
     pub axis: Vec2,
     /// Factor of the base colour.
     pub shade: Real,
+    /// How many images of the material are looked up, the one of normals last.
+    pub images: u32,
 }
 
 impl Coordinates {
@@ -100,7 +102,7 @@ impl Coordinates {
 ///
 /// On walls and bevels the first axis follows the outline, and the second one the depth, unless
 /// pictures follow the mesh everywhere. A hit that `is_anywhere` in its pixel is a square as wide as what the pixel
-/// covers is long: one lookup, instead of several along it.
+/// covers is long: one lookup, instead of several along it. It has no image of normals.
 #[inline]
 pub fn coordinates<T: Texels + ?Sized>(
     words: &T,
@@ -155,6 +157,7 @@ pub fn coordinates<T: Texels + ?Sized>(
         footprint: footprint.scaled(scale),
         axis: Vec2::X,
         shade: 1.0,
+        images: if is_anywhere { 3 } else { 4 },
     };
     if finish.cells.levels == 0 {
         found
@@ -172,15 +175,13 @@ pub fn coordinates<T: Texels + ?Sized>(
     }
 }
 
-/// Returns what `material` is at `hit`, whose pictures lie at `coordinates`. A hit that `is_anywhere` in its
-/// pixel is as even as without a picture of normals.
+/// Returns what `material` is at `hit`, whose pictures lie at `coordinates`.
 #[inline]
 pub fn values<T: Tables + ?Sized>(
     tables: &T,
     hit: &Sample,
     material: &Material,
     coordinates: &Coordinates,
-    is_anywhere: bool,
 ) -> Values {
     let mut found = Values {
         base_color: vec3(material.base_color) * coordinates.shade,
@@ -191,18 +192,17 @@ pub fn values<T: Tables + ?Sized>(
     };
     // One lookup after the other: written once, and in the shader once.
     let mut which = 0;
-    while which < 4 {
+    while which < coordinates.images {
         let image = if which == 0 {
             material.base_color_image
         } else if which == 1 {
             material.metallic_roughness_image
         } else if which == 2 {
-            material.normal_image
-        } else {
             material.emission_image
+        } else {
+            material.normal_image
         };
-        let is_used = which != 2 || !is_anywhere;
-        if image.levels != 0 && is_used {
+        if image.levels != 0 {
             let value = sample_over(tables, &image, coordinates.at, &coordinates.footprint);
             let rgb = Vec3::new(value.x, value.y, value.z);
             if which == 0 {
@@ -211,12 +211,10 @@ pub fn values<T: Tables + ?Sized>(
                 found.roughness *= rgb.y;
                 found.metallic *= rgb.z;
             } else if which == 2 {
-                // The tangent of a side is not that of pictures that follow the mesh there.
-                if !is_side(hit.class) || material.follows != FOLLOWS_MESH_EVERYWHERE {
-                    found.normal = bumped(hit, rgb, material.normal_scale, coordinates.axis);
-                }
-            } else {
                 found.emission *= rgb;
+            } else if !is_side(hit.class) || material.follows != FOLLOWS_MESH_EVERYWHERE {
+                // The tangent of a side is not that of pictures that follow the mesh there.
+                found.normal = bumped(hit, rgb, material.normal_scale, coordinates.axis);
             }
         }
         which += 1;

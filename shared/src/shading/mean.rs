@@ -41,9 +41,8 @@ const ALIKE: Real = 0.9;
 const ALIKE_SLOPE: Real = 0.25;
 /// How many times a groove may be narrower than the mean of the gaps of its pattern.
 pub const MOST_UNEVEN: Real = 2.0;
-
-/// 1 / the largest share of a part that is not shaded; it counts fully from twice that share on.
-const MANY: Real = 256.0;
+/// 1 / the share of a pixel up to which a part is not shaded; it counts fully from twice that share on.
+const INVERSE_LEAST_SHARE: Real = 256.0;
 
 /// Which shares of an area are seen; the rest is floor.
 #[derive(Clone, Copy, Debug)]
@@ -68,7 +67,7 @@ impl Seen {
             let share = if is_away(step) { away } else { 1.0 - away };
             of_family(self.sides, is_second(step)) * share
         };
-        share * clamp(share * MANY - 1.0, 0.0, 1.0)
+        share * clamp(share * INVERSE_LEAST_SHARE - 1.0, 0.0, 1.0)
     }
 }
 
@@ -406,13 +405,14 @@ fn mean<T: Tables + ?Sized, H: Hits + ?Sized>(
     };
     let (mut step, mut end) = (FIND, 1);
     while step < end {
-        let share = if step > FIND { seen.share(step) } else { 0.0 };
-        let is_next = if step > FIND {
-            share > 0.0
+        let share = if step > FIND {
+            seen.share(step)
+        } else if may_be_seen(tables, frame, hits, at) {
+            1.0
         } else {
-            may_be_seen(tables, frame, hits, at)
+            0.0
         };
-        if is_next {
+        if share > 0.0 {
             // Read again for each part, so that it takes no registers meanwhile.
             let hit = hits.sample_on_mesh(at.0, at.1);
             let direction = pixel_ray(frame, at.0, at.1);

@@ -179,7 +179,7 @@ pub fn shade_under<T: Tables + ?Sized>(
     let to_eye = -direction;
     let coordinates =
         material::coordinates(tables, frame, direction, hit, is_anywhere, finish, facet);
-    let values = material::values(tables, hit, &finish.material, &coordinates, is_anywhere);
+    let values = material::values(tables, hit, &finish.material, &coordinates);
     let normal = values.normal;
     let surface = Reflector::new(
         values.base_color,

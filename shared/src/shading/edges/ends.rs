@@ -5,7 +5,7 @@ use super::super::material::finish_of;
 use super::pixel::{Pixel, STEP};
 use super::{as_vec, ray_step};
 use crate::Real;
-use crate::arithmetic::{abs, clamp, div, kept, max, min, sqrt};
+use crate::arithmetic::{abs, div, kept, max, min, sqrt};
 use crate::gbuffer::Hits;
 use crate::layout::Frame;
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
@@ -223,8 +223,7 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
             } else {
                 let at = div(first, first - last);
                 // Beyond a centre it counts less and less, so that nothing changes at once.
-                let at = if at > 1.0 { 2.0 - at } else { abs(at) };
-                Ends::meeting(clamp(at, 0.0, 1.0))
+                Ends::meeting(if at > 1.0 { 2.0 - at } else { abs(at) })
             };
         }
         is_own_nearer = first > 0.0;
