@@ -79,17 +79,13 @@ pub fn measure(
 
 /// Returns whether each pixel shows more than one class in its `factor`² samples.
 fn divided(words: &ColorWords, factor: u32) -> Vec<bool> {
-    let [width, height] = [words.width, words.height].map(|side| (side / factor) as usize);
-    let factor = factor as usize;
-    let class = |x: usize, y: usize| words.words[y * width * factor + x][3];
-    let mut divided = Vec::with_capacity(width * height);
-    for y in (0..height).map(|y| y * factor) {
-        for x in (0..width).map(|x| x * factor) {
-            let own = class(x, y);
-            divided.push((y..y + factor).any(|y| (x..x + factor).any(|x| class(x, y) != own)));
-        }
-    }
-    divided
+    let [width, height] = [words.width, words.height].map(|side| side / factor);
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (factor * x, factor * y)));
+    let is_divided = |(x, y)| {
+        let class = |sample| words.pixel(x + sample % factor, y + sample / factor)[3];
+        (1..factor * factor).any(|sample| class(sample) != class(0))
+    };
+    pixels.map(is_divided).collect()
 }
 
 /// Returns `picture` with the colours of `reference` in the pixels that are `divided`.

@@ -163,7 +163,7 @@ pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
         .as_ref()
         .map_or("no GPU".to_string(), Adapter::describe);
     say(format_args!(
-        "errors against {} samples a pixel, and what would be left of FLIP if edges were perfect; times as multiples of those of one sample: CPU, {gpu_name}",
+        "errors against {} samples a pixel, in brackets with perfect edges; times as multiples of those of one sample: CPU, {gpu_name}",
         edges::REFERENCE.pow(2)
     ))?;
     for path in &arguments.scenes {
