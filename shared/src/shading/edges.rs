@@ -1,11 +1,12 @@
-//! Smooth edges: which shares of a pixel belong to its neighbours, and to sides and floor between them
-//! that none of them shows.
+//! Smooth edges: which shares of a pixel belong to its neighbours, and to sides, floor and cap between
+//! them that none of them shows.
 //!
 //! The surfaces that two neighbours hit end somewhere between the centres of their pixels: at the
 //! [edge](crate::edge) that one of them knows; else where their tangent planes meet, unless they are one
 //! surface that curves; else where their stairs on the picture tell. On a side, what is known of its edge at
 //! the cap tells where its bevel or its wall ends, too, and where the opposite cap begins; on a cap, where
-//! the side below its edge ends; on a floor, where the wall above its edge ends.
+//! the side below its edge ends; on a floor, where the wall above its edge ends. Between two sides is floor,
+//! and between a side and what is hidden beyond its edge is cap.
 //!
 //! A pixel is divided along one axis, that along which less of it is its own: an edge that
 //! crosses both meets the other one at a flatter angle.
@@ -16,10 +17,10 @@ mod inside;
 pub(super) mod pixel;
 mod stairs;
 
-pub use between::between;
+pub use between::{Part, between};
 
 use super::Tables;
-use crate::arithmetic::{clamp, max};
+use crate::arithmetic::clamp;
 use crate::gbuffer::Hits;
 use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_BEVEL, CLASS_FLOOR};
@@ -29,39 +30,23 @@ use glam::IVec2;
 use inside::is_inside;
 use pixel::Pixel;
 
-/// How a pixel is divided; the rest is its own.
+/// How a pixel is divided along one axis; the rest is its own.
 #[derive(Clone, Copy, Debug)]
 pub struct Division {
-    /// Whether its neighbours are those above and below, rather than to the left and right.
-    pub is_down: bool,
-    /// Share of the neighbour to the left or above, 0…½.
-    pub before: Real,
-    /// Share of the one to the right or below, 0…½.
-    pub after: Real,
-    /// Share of sides and floor that no pixel shows, 0…1.
-    pub between: Real,
-    /// The wider one of those places, if that is not 0.
-    groove: Between,
-}
-
-/// What lies between a pixel and a neighbour.
-#[derive(Clone, Copy, Debug)]
-struct Between {
-    /// Which neighbour: see [`step_of`].
-    which: u32,
-    ends: Ends,
+    /// Its first neighbour ([`step_of`]): 0, to the left, or 2, above. A number, since a GPU keeps flags in registers
+    /// that are scarcer.
+    first: u32,
+    /// Where it and the neighbour to the left or above end.
+    before: Ends,
+    /// Where it and the one to the right or below end.
+    after: Ends,
 }
 
 /// A pixel that is all its own.
 const WHOLE: Division = Division {
-    is_down: false,
-    before: 0.0,
-    after: 0.0,
-    between: 0.0,
-    groove: Between {
-        which: 0,
-        ends: NONE,
-    },
+    first: 0,
+    before: NONE,
+    after: NONE,
 };
 
 /// Steps of a share in its code.
@@ -107,10 +92,12 @@ fn at_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
     let mut which = 0;
     while which < 4 {
         let is_second = which & 1 == 1;
-        let is_down = which >= 2;
         let step = step_of(which);
         if !is_second {
-            axis = Division { is_down, ..WHOLE };
+            axis = Division {
+                first: which,
+                ..WHOLE
+            };
         }
         let next = at + step;
         if next.x >= 0 && next.y >= 0 && next.x < size.x && next.y < size.y {
@@ -122,15 +109,10 @@ fn at_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
             if ends.own == UNKNOWN && ends.other == UNKNOWN {
                 unknown |= 1 << which;
             }
-            let share = max(0.5 - ends.other, 0.0);
             if is_second {
-                axis.after = share;
+                axis.after = ends;
             } else {
-                axis.before = share;
-            }
-            axis.between += ends.between();
-            if ends.between() > axis.groove.ends.between() {
-                axis.groove = Between { which, ends };
+                axis.before = ends;
             }
         }
         if is_second && axis.others() > found.others() {
@@ -146,16 +128,17 @@ fn at_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
         let is_second = which & 1 == 1;
         if !is_second {
             axis = Division {
-                is_down: which >= 2,
+                first: which,
                 ..WHOLE
             };
         }
         if unknown & 1 == 1 {
             let share = stairs::share(frame, hits, at, step_of(which));
+            let ends = Ends::meeting(0.5 - share);
             if is_second {
-                axis.after = share;
+                axis.after = ends;
             } else {
-                axis.before = share;
+                axis.before = ends;
             }
             if axis.others() > found.others() {
                 found = axis;
@@ -191,38 +174,39 @@ fn ray_step(frame: &Frame, step: IVec2) -> Vec3 {
 }
 
 impl Division {
+    /// Returns the shares of the neighbours.
+    #[inline]
+    pub fn shares(&self) -> Shares {
+        Shares {
+            is_down: self.first != 0,
+            before: self.before.beyond(),
+            after: self.after.beyond(),
+        }
+    }
+
+    /// Returns the shares of what lies between it and the neighbours before and after it and that none of them
+    /// shows, 0…½.
+    #[inline]
+    pub fn between(&self) -> [Real; 2] {
+        [self.before.between(), self.after.between()]
+    }
+
     /// Returns the share that is not its own. Added up each time: kept, it would take a register.
     #[inline]
     fn others(&self) -> Real {
-        self.before + self.after + self.between
-    }
-
-    /// Returns the class word of a pixel: the class, and the shares of the neighbours.
-    #[inline]
-    pub fn code(&self, class: u32) -> u32 {
-        let Division {
-            is_down,
-            before,
-            after,
-            ..
-        } = *self;
-        let shares = Shares {
-            is_down,
-            before,
-            after,
-        };
-        shares.code(class)
+        let [before, after] = self.between();
+        self.before.beyond() + self.after.beyond() + before + after
     }
 }
 
 /// The shares of neighbours in the class word of a pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Shares {
-    /// See [`Division::is_down`].
+    /// Whether they are those of the neighbours above and below, rather than to the left and right.
     pub is_down: bool,
-    /// See [`Division::before`].
+    /// Share of the neighbour to the left or above, 0…½.
     pub before: Real,
-    /// See [`Division::after`].
+    /// Share of the one to the right or below, 0…½.
     pub after: Real,
 }
 

@@ -102,7 +102,7 @@ impl Coordinates {
 ///
 /// On walls and bevels the first axis follows the outline, and the second one the depth, unless
 /// pictures follow the mesh everywhere. A hit that `is_anywhere` in its pixel is a square as wide as what the pixel
-/// covers is long: one lookup, instead of several along it. It has no image of normals.
+/// covers is long: one lookup, instead of several along it. Its image of normals is not looked up.
 #[inline]
 pub fn coordinates<T: Texels + ?Sized>(
     words: &T,

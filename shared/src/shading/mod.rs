@@ -75,37 +75,55 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
 ) -> UVec4 {
     let class = hits.sample(x, y).class;
     let division = edges::division(tables, frame, hits, x, y);
+    let shares = division.shares();
     let (rgb, code) = if class == CLASS_MISS {
         let (rgb, class) = missed(tables, lighting, pixel_ray(frame, x, y));
-        (rgb, division.code(class))
+        (rgb, shares.code(class))
     } else {
         // Before the rest: it takes fewer registers than the shares.
-        let code = division.code(class);
-        let own = 1.0 - division.before - division.after;
-        let between = clamp(div(division.between, max(own, 1e-3)), 0.0, 1.0);
+        let code = shares.code(class);
+        let own = 1.0 - shares.before - shares.after;
+        let inverse = div(1.0, max(own, 1e-3));
+        let [before, after] = division.between();
+        let between = clamp((before + after) * inverse, 0.0, 1.0);
         let (mut rgb, mut total) = (Vec3::ZERO, 0.0);
-        // The hit, and sides and floor beside it: written once, and in the shader once, since compilers
-        // do not unroll a loop whose end they do not know.
-        let is_shaded = !is_mean_only && !gbuffer::is_mean_only(hits.words(x, y).1);
-        let end = if between > 0.0 && is_shaded { 3 } else { 1 };
-        let mut part = 0;
-        while part < end {
-            let (share, ray, hit) = if part > 0 {
-                let is_floor = part == 2;
-                let (share, ray, hit) =
-                    edges::between(tables, frame, hits, (x, y), &division, is_floor);
-                (share * between, ray, hit)
-            } else {
-                // Read again, so that it takes no registers meanwhile.
-                let ray = pixel_ray(frame, x, y);
-                (1.0 - between, ray, hits.sample_on_mesh(x, y))
-            };
-            if share > 0.0 && is_shaded {
-                let light = shade(tables, frame, lighting, ray, &hit);
-                let weight = share * mixed(lighting, light);
-                rgb += light * weight;
-                total += weight;
+        // A bit for each part: the hit, and a side and the floor between it and its neighbours.
+        let mut parts = 0;
+        if !is_mean_only && !gbuffer::is_mean_only(hits.words(x, y).1) {
+            parts = 0b00001;
+            if before > 0.0 {
+                parts |= 0b00110;
             }
+            if after > 0.0 {
+                parts |= 0b11000;
+            }
+        }
+        // Written once, and in the shader once, since compilers do not unroll a loop whose end they do not know. All
+        // invocations count alike: which part it is takes no registers.
+        let mut part = 0;
+        while parts != 0 {
+            if parts & 1 != 0 {
+                let (share, ray, hit) = if part == 0 {
+                    // Read again, so that it takes no registers meanwhile.
+                    let ray = pixel_ray(frame, x, y);
+                    (1.0 - between, ray, hits.sample_on_mesh(x, y))
+                } else {
+                    let part = edges::Part {
+                        is_after: part > 2,
+                        is_floor: part & 1 == 0,
+                    };
+                    let (share, ray, hit) =
+                        edges::between(tables, frame, hits, (x, y), &division, part);
+                    (share * inverse, ray, hit)
+                };
+                if share > 0.0 {
+                    let light = shade(tables, frame, lighting, ray, &hit);
+                    let weight = share * mixed(lighting, light);
+                    rgb += light * weight;
+                    total += weight;
+                }
+            }
+            parts >>= 1;
             part += 1;
         }
         (rgb * div(1.0, max(total, 1e-12)), code)

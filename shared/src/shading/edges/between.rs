@@ -1,13 +1,13 @@
-//! What lies between two neighbouring pixels, and none of them shows: a side, a floor, or a whole gap.
+//! What lies between two neighbouring pixels, and none of them shows: a side, a floor, a whole gap, or a cap.
 
 use super::super::Tables;
 use super::super::material::finish_of;
 use super::super::pattern::growth;
 use super::ends::has_side;
 use super::pixel::{Pixel, width_below};
-use super::{Between, Division, as_vec, ray_step, step_of};
-use crate::arithmetic::{abs, div, kept, kept3, max, normalize_or, sqrt};
-use crate::gbuffer::{Hits, MeshFrame, Sample};
+use super::{Division, as_vec, ray_step, step_of};
+use crate::arithmetic::{abs, div, kept, kept3, max, min, normalize_or, sqrt};
+use crate::gbuffer::{Hits, MeshFrame, Sample, is_side};
 use crate::layout::Frame;
 use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
 use crate::openness::{self, hidden};
@@ -17,9 +17,17 @@ use glam::IVec2;
 /// Least cosine between a cap and the direction to the eye, of what lies below it.
 const LEAST_FACING: Real = 0.02;
 
-/// Returns what `division` has found between pixel (`x`, `y`) and a neighbour, one of which hits a cap or
-/// a floor: the floor or a side. It is the share of what lies between, 0…1, the direction towards its
-/// middle, and what is there.
+/// A part of a pixel that lies between it and a neighbour.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    /// Whether the neighbour is the one to the right or below.
+    pub is_after: bool,
+    /// Whether it is the floor, rather than a side or a cap.
+    pub is_floor: bool,
+}
+
+/// Returns a part of what `division` has found between pixel (`x`, `y`) and a neighbour: its share of the pixel, the
+/// direction towards the middle of what lies between, and what is there.
 #[inline]
 pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
     tables: &T,
@@ -27,32 +35,76 @@ pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
     hits: &H,
     (x, y): (u32, u32),
     division: &Division,
-    is_floor: bool,
+    part: Part,
 ) -> (Real, Vec3, Sample) {
-    let Between { which, ends } = division.groove;
-    let step = step_of(which);
+    let Part { is_after, is_floor } = part;
+    let ends = if is_after {
+        division.after
+    } else {
+        division.before
+    };
+    let step = step_of(division.first + u32::from(is_after));
     let at = IVec2::new(x as i32, y as i32);
     let own = Pixel::new(frame, hits, at);
     let other = Pixel::new(frame, hits, at + step);
-    // A cap, above what lies between, or a floor, below it. Of two caps, the farther one shows its side.
     let is_gap = own.hit.class == CLASS_CAP && other.hit.class == CLASS_CAP;
-    let is_own = if is_gap {
-        own.depth >= other.depth
+    // The cap beyond a side that hides the rest, or a floor between two sides.
+    let is_own_cap = own.leads_to_cap(as_vec(step));
+    let is_cap = own.hit.class != CLASS_CAP
+        && other.hit.class != CLASS_CAP
+        && (is_own_cap || other.leads_to_cap(as_vec(-step)));
+    let is_level = is_cap || is_side(own.hit.class) && is_side(other.hit.class);
+    // A cap, above what lies between, or a floor, below it.
+    let mut is_own = if is_level {
+        is_own_cap || !is_cap
     } else {
-        has_side(own.hit.class, other.hit.class)
+        is_gap || has_side(own.hit.class, other.hit.class)
     };
     let (mut even, beyond, towards) = if is_own {
         (own, other, as_vec(step))
     } else {
         (other, own, as_vec(-step))
     };
+    if is_level {
+        let at = if is_own { at } else { at + step };
+        let mesh = hits.mesh(at.x as u32, at.y as u32);
+        even = even.level(tables, &mesh, is_cap);
+    }
     let is_above = even.hit.class == CLASS_CAP;
-    if is_above && even.known_end(tables, towards) > 1.0 {
+    if is_above && !is_level && even.known_end(tables, towards) > 1.0 {
         // It knows another edge only. The opposite one is parallel.
         let edge = beyond.hit.edge;
         let sign = if is_gap { -1.0 } else { 1.0 };
         even.hit.edge.direction = edge.direction * sign;
         even.hit.edge.distance = edge.distance;
+    }
+    // Whether it is more than one side.
+    let is_deep =
+        is_level || is_above && beyond.hit.class != CLASS_FLOOR && !beyond.leads_to_cap(-towards);
+    // The share of floor in what lies within the pixel: sides are at the ends.
+    let mut floor = if is_level && !is_above { 1.0 } else { 0.0 };
+    if is_deep && !is_level {
+        let rim = tables.finish(finish_of(&even.hit)).rim;
+        let (aside, down) = even.side(tables, frame);
+        let near = even.along(towards, width_below(aside, down, rim));
+        // Of an opposite side that is hit, all that is not hidden has been hit.
+        let far = if is_gap {
+            even.along(towards, width_below(aside, -down, rim))
+        } else {
+            0.0
+        };
+        let (first, second) = if is_own { (near, far) } else { (far, near) };
+        let last = min(ends.other, 0.5);
+        let begin = min(ends.own + first, last);
+        let end = max(min(ends.other - second, last), begin);
+        floor = div(end - begin, max(last - ends.own, 1e-6));
+        if is_gap && last - end > begin - ends.own {
+            // Most of the side within the pixel is the opposite one.
+            let to_edge = -even.hit.edge.direction;
+            is_own = false;
+            even = other;
+            even.hit.edge.direction = to_edge;
+        }
     }
     let finish = tables.finish(finish_of(&even.hit));
     let depth = finish.depth * even.hit.unit;
@@ -72,6 +124,8 @@ pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
     let facing = max(-kept(smooth.dot(direction)), LEAST_FACING);
     let depth_fraction = if is_floor {
         1.0
+    } else if is_level {
+        0.0
     } else if is_above {
         0.5
     } else {
@@ -79,34 +133,27 @@ pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
     };
     let below = depth_fraction - if is_above { 0.0 } else { 1.0 };
     let t = length + div(below * depth, facing);
-    let (mut floor, mut floor_openness) = (0.0, beyond.hit.openness);
-    if !is_above {
-        floor_openness = even.hit.openness;
-    } else if beyond.hit.class != CLASS_FLOOR {
-        let (aside, down) = even.side(tables, frame);
-        let side = if is_gap {
-            // Both sides, unless they hide each other.
-            2.0 * aside + abs(down) * (1.0 - finish.rim)
-        } else {
-            // Of an opposite side that is hit, all that is not hidden has been hit.
-            width_below(aside, down, finish.rim)
-        };
-        let side = even.along(towards, side);
-        floor = max(1.0 - div(side, max(ends.other - ends.own, 1e-6)), 0.0);
+    let mut floor_openness = if is_above {
+        beyond.hit.openness
+    } else {
+        even.hit.openness
+    };
+    if is_deep {
         // All of the gap, not only what is seen of it.
         let seen = abs(kept(outward.dot(on_plane(ends.other) - on_plane(ends.own))));
         let width = max(seen, even.gap_width(tables));
         floor_openness = 1.0 - 2.0 * hidden(0.5 * width, depth);
     }
-    if is_floor {
+    let share = ends.between() * if is_floor { floor } else { 1.0 - floor };
+    if is_floor || is_level {
         let hit = Sample {
-            class: CLASS_FLOOR,
             t,
             depth_fraction,
-            openness: floor_openness,
+            openness: if is_floor { floor_openness } else { 1.0 },
             ..even.hit
         };
-        return (floor, direction, hit);
+        let class = if is_floor { CLASS_FLOOR } else { CLASS_CAP };
+        return (share, direction, Sample { class, ..hit });
     }
     // The wall above a floor faces it.
     let (class, upright, lean) = if is_above {
@@ -134,5 +181,5 @@ pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
         ..even.hit
     }
     .along_outline(&mesh, outline, is_along_v);
-    (1.0 - floor, direction, hit)
+    (share, direction, hit)
 }

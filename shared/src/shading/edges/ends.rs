@@ -8,7 +8,7 @@ use crate::Real;
 use crate::arithmetic::{abs, div, kept, max, min, sqrt};
 use crate::gbuffer::Hits;
 use crate::layout::Frame;
-use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR};
+use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
 use glam::IVec2;
 
 /// Where two surfaces end, pixels from the centre of one towards that of the other.
@@ -23,14 +23,20 @@ pub(super) struct Ends {
 impl Ends {
     /// Returns the ends of surfaces that meet.
     #[inline]
-    fn meeting(at: Real) -> Ends {
+    pub(super) fn meeting(at: Real) -> Ends {
         Ends { own: at, other: at }
+    }
+
+    /// Returns the share of the other in the pixel of the one.
+    #[inline]
+    pub(super) fn beyond(&self) -> Real {
+        max(0.5 - self.other, 0.0)
     }
 
     /// Returns the share of what lies between in the pixel of the one.
     #[inline]
     pub(super) fn between(&self) -> Real {
-        max(0.5 - self.own, 0.0) - max(0.5 - self.other, 0.0)
+        max(0.5 - self.own, 0.0) - self.beyond()
     }
 }
 
@@ -137,7 +143,17 @@ fn in_carving<T: Tables + ?Sized>(
     } else if is_known {
         // Between a floor and a bevel is the wall below it.
         let is_walled = even.hit.class == CLASS_FLOOR && beyond.hit.class == CLASS_BEVEL;
-        begin = if is_walled { min(end + side, 1.0) } else { end };
+        // Between a cap and a wall is the bevel above it.
+        let is_beveled = even.hit.class == CLASS_CAP
+            && beyond.hit.class == CLASS_WALL
+            && tables.finish(finish_of(&even.hit)).rim > 0.0;
+        begin = if is_walled {
+            min(end + side, 1.0)
+        } else if is_beveled {
+            max(begin, end)
+        } else {
+            end
+        };
     } else {
         end = begin;
     }
@@ -185,7 +201,8 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         let (class, other_class) = (own.hit.class, other.hit.class);
         let pixel = sqrt(along.dot(along));
         let leads = own.leads_to(other, pixel) && other.leads_to(own, pixel);
-        if own.hit.finish == other.hit.finish && (is_even(class) || is_even(other_class)) {
+        let is_one = own.hit.finish == other.hit.finish;
+        if is_one && (is_even(class) || is_even(other_class)) {
             let goes_on = if class != other_class {
                 goes_on(tables, own, other, pixel)
             } else {
@@ -205,6 +222,10 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         }
         if leads {
             return NONE;
+        }
+        let are_sides = is_one && !is_even(class) && !is_even(other_class);
+        if are_sides && known.own <= 1.0 && known.own < known.other {
+            return known;
         }
         // Where their tangent planes meet, if they do up to half a pixel beyond the centres.
         let (inverse, slope) = own.inverse(along);
@@ -227,6 +248,18 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
             };
         }
         is_own_nearer = first > 0.0;
+        // The cap beyond a side that hides the rest, up to the other centre.
+        let is_capped = if is_own_nearer {
+            known.own <= 1.0 && other_class != CLASS_CAP && own.leads_to_cap(as_vec(step))
+        } else {
+            known.other >= 0.0 && class != CLASS_CAP && other.leads_to_cap(as_vec(-step))
+        };
+        if is_one && is_capped {
+            return Ends {
+                own: if is_own_nearer { known.own } else { 0.0 },
+                other: if is_own_nearer { 1.0 } else { known.other },
+            };
+        }
     }
     // One hides the other.
     let end = if is_own_nearer {

@@ -5,7 +5,7 @@ use super::super::material::finish_of;
 use super::super::pattern::{density, gap, growth};
 use crate::arithmetic::{abs, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::camera::through;
-use crate::gbuffer::{Hits, Sample, is_side};
+use crate::gbuffer::{Hits, MeshFrame, Sample, is_side};
 use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_CAP, CLASS_FLOOR, CLASS_MISS, CLASS_WALL};
 use crate::{Real, Vec2, Vec3};
@@ -56,6 +56,12 @@ impl Pixel {
     #[inline]
     pub(super) fn is_hit(&self) -> bool {
         self.hit.class != CLASS_MISS
+    }
+
+    /// Returns whether it hits a side whose cap is along `step`.
+    #[inline]
+    pub(super) fn leads_to_cap(&self, step: Vec2) -> bool {
+        is_side(self.hit.class) && kept(self.hit.edge.direction.dot(step)) > 0.0
     }
 
     /// Returns the normal's part along the ray, which points against it.
@@ -129,6 +135,26 @@ impl Pixel {
         } else {
             BEYOND
         }
+    }
+
+    /// Returns the cap above what it hits, or the floor below it, on a part of the mesh that is as `mesh`.
+    #[inline]
+    pub(super) fn level<T: Tables + ?Sized>(
+        &self,
+        tables: &T,
+        mesh: &MeshFrame,
+        is_cap: bool,
+    ) -> Pixel {
+        let depth = tables.finish(finish_of(&self.hit)).depth * self.hit.unit;
+        let below = if is_cap { 0.0 } else { 1.0 } - self.hit.depth_fraction;
+        let mut level = *self;
+        level.hit.class = if is_cap { CLASS_CAP } else { CLASS_FLOOR };
+        level.hit.normal = mesh.normal;
+        level.hit.tangent = mesh.along_u;
+        level.hit.is_mirrored = mesh.is_mirrored;
+        level.hit.is_along_v = false;
+        level.depth = max(self.depth + div(below * depth, -level.facing()), 1e-18);
+        level
     }
 
     /// Returns the width of the side below the near edge of a cap, pixels across the edge: as far as

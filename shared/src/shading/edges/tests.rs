@@ -1,7 +1,7 @@
 use super::*;
 use crate::camera::tests::frame;
 use crate::camera::through;
-use crate::gbuffer::octahedral;
+use crate::gbuffer::{Sample, octahedral};
 use crate::normals::{CLASS_CAP, CLASS_WALL};
 
 use crate::shading::{Chart, FacetMaterial, Finish, Image, Light, ShadowMap};
@@ -57,6 +57,33 @@ impl Tables for Materials {
 /// Returns how pixel (`x`, `y`) of `picture` is divided.
 fn divided(frame: &Frame, picture: &Picture, x: u32, y: u32) -> Division {
     division(&Materials::new(), frame, picture, x, y)
+}
+
+/// Returns the share of a pixel that lies between it and its neighbours.
+fn all_between(found: &Division) -> f32 {
+    let [before, after] = found.between();
+    before + after
+}
+
+/// Returns the floor of what lies between pixel (`x`, `y`) and the one neighbour where something does, or the rest:
+/// its share of that, the direction towards it, and what is there.
+fn part_between(
+    materials: &Materials,
+    frame: &Frame,
+    picture: &Picture,
+    (x, y): (u32, u32),
+    is_floor: bool,
+) -> (f32, Vec3, Sample) {
+    let found = division(materials, frame, picture, x, y);
+    let [before, after] = found.between();
+    assert!(before > 0.0 || after > 0.0, "{found:?}");
+    assert!(before == 0.0 || after == 0.0, "{found:?}");
+    let part = Part {
+        is_after: after > 0.0,
+        is_floor,
+    };
+    let (share, direction, hit) = between(materials, frame, picture, (x, y), &found, part);
+    (share / (before + after), direction, hit)
 }
 
 /// A picture of `SIDE`² pixels.
@@ -126,17 +153,15 @@ proptest! {
             // The part of the pixel on the other side of the ridge.
             let beyond = 0.5 - (centre - at / 0.01).abs();
             let expected = beyond.max(0.0);
-            let others = found.before + found.after;
+            let others = found.before.beyond() + found.after.beyond();
             prop_assert!((others - expected).abs() < 0.02, "{x}: {others} {expected}");
-            prop_assert!(found.between == 0.0 && !found.is_down);
+            prop_assert!(all_between(&found) == 0.0 && found.first == 0);
         }
     }
 
     #[test]
     fn shares_survive_their_code(before in 0.0f32..0.5, after in 0.0f32..0.5, is_down: bool) {
-        let groove = Between { which: 0, ends: NONE };
-        let division = Division { is_down, before, after, between: 0.0, groove };
-        let (class, shares) = from_code(division.code(CLASS_FLOOR));
+        let (class, shares) = from_code(Shares { is_down, before, after }.code(CLASS_FLOOR));
         prop_assert_eq!((class, shares.is_down), (CLASS_FLOOR, is_down));
         prop_assert!((shares.before - before).abs() < 1e-3);
         prop_assert!((shares.after - after).abs() < 1e-3);
@@ -153,7 +178,14 @@ fn an_even_surface_and_the_border_of_the_picture_are_no_edges() {
     });
     for i in 0..SIDE * SIDE {
         let found = divided(&frame, &picture, i % SIDE, i / SIDE);
-        assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
+        assert_eq!(
+            (
+                found.before.beyond(),
+                found.after.beyond(),
+                all_between(&found)
+            ),
+            (0.0, 0.0, 0.0)
+        );
     }
 }
 
@@ -213,7 +245,7 @@ fn a_ball_ends_at_its_horizon() {
     for i in 0..SIDE * SIDE {
         let (x, y) = (i % SIDE, i / SIDE);
         let found = divided(&frame, &picture, x, y);
-        let step = |sign: i32| match found.is_down {
+        let step = |sign: i32| match found.first == 2 {
             true => (x as i32, y as i32 + sign),
             false => (x as i32 + sign, y as i32),
         };
@@ -221,15 +253,15 @@ fn a_ball_ends_at_its_horizon() {
             let is_inside = (0..SIDE as i32).contains(&x) && (0..SIDE as i32).contains(&y);
             is_inside && picture.words(x as u32, y as u32).1.x != 0
         };
-        for (share, sign) in [(found.before, -1), (found.after, 1)] {
+        for (share, sign) in [(found.before.beyond(), -1), (found.after.beyond(), 1)] {
             // Its surface has no edge, however fast it curves.
             let is_one = is_hit((x as i32, y as i32)) && is_hit(step(sign));
             assert!(share == 0.0 || !is_one, "{x} {y}: {found:?}");
         }
-        covered += (1.0 - found.before - found.after)
+        covered += (1.0 - found.before.beyond() - found.after.beyond())
             * f32::from(u8::from(is_hit((x as i32, y as i32))))
-            + found.before * f32::from(u8::from(is_hit(step(-1))))
-            + found.after * f32::from(u8::from(is_hit(step(1))));
+            + found.before.beyond() * f32::from(u8::from(is_hit(step(-1))))
+            + found.after.beyond() * f32::from(u8::from(is_hit(step(1))));
     }
     let area = std::f32::consts::PI * (radius / 0.01).powi(2);
     assert!((covered / area - 1.0).abs() < 0.02, "{covered} {area}");
@@ -261,11 +293,11 @@ fn a_side_that_no_pixel_shows_is_found() {
     let picture = draw_step(&frame, -0.003, 0.001);
     for (x, width) in [(2, 0.0), (3, 0.3), (4, 0.1), (5, 0.0)] {
         let found = divided(&frame, &picture, x, 3);
-        assert!((found.between - width).abs() < 0.01, "{x}: {found:?}");
-        assert_eq!((found.before, found.after), (0.0, 0.0));
+        assert!((all_between(&found) - width).abs() < 0.01, "{x}: {found:?}");
+        assert_eq!((found.before.beyond(), found.after.beyond()), (0.0, 0.0));
         if width > 0.0 {
             let (share, direction, hit) =
-                between(&Materials::new(), &frame, &picture, (x, 3), &found, false);
+                part_between(&Materials::new(), &frame, &picture, (x, 3), false);
             assert_eq!(share, 1.0);
             assert_eq!((hit.class, hit.finish), (CLASS_WALL, 7));
             assert!(hit.normal.dot(Vec3::X) > 0.999, "{}", hit.normal);
@@ -282,10 +314,17 @@ fn a_cap_hides_the_foot_behind_it() {
     let picture = draw_step(&frame, 0.002, -0.001);
     let found = divided(&frame, &picture, 4, 3);
     // Pixel 4 begins at 0, and the floor in it at 0.002.
-    assert!((found.before - 0.2).abs() < 0.01, "{found:?}");
-    assert_eq!((found.after, found.between), (0.0, 0.0));
+    assert!((found.before.beyond() - 0.2).abs() < 0.01, "{found:?}");
+    assert_eq!((found.after.beyond(), all_between(&found)), (0.0, 0.0));
     let found = divided(&frame, &picture, 3, 3);
-    assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
+    assert_eq!(
+        (
+            found.before.beyond(),
+            found.after.beyond(),
+            all_between(&found)
+        ),
+        (0.0, 0.0, 0.0)
+    );
 }
 
 #[test]
@@ -314,7 +353,7 @@ fn a_side_faces_the_eye_and_leans_as_its_bevel_does() {
     let mut sides = 0;
     for (x, y) in pixels {
         let found = division(&materials, &frame, &picture, x, y);
-        if found.between == 0.0 {
+        if all_between(&found) == 0.0 {
             continue;
         }
         sides += 1;
@@ -328,8 +367,7 @@ fn a_side_faces_the_eye_and_leans_as_its_bevel_does() {
             ),
         ] {
             (materials.0.growth, materials.0.side) = (growth, class);
-            let (share, direction, hit) =
-                between(&materials, &frame, &picture, (x, y), &found, false);
+            let (share, direction, hit) = part_between(&materials, &frame, &picture, (x, y), false);
             assert_eq!((share, hit.class), (1.0, class));
             assert!(hit.normal.dot(expected) > 0.99, "{x} {y}: {}", hit.normal);
             assert!(hit.normal.dot(direction) < 0.0);
@@ -348,7 +386,14 @@ fn edges_of_what_is_far_behind_do_not_count() {
     });
     for x in [3, 4] {
         let found = divided(&frame, &picture, x, 3);
-        assert_eq!((found.before, found.after, found.between), (0.0, 0.0, 0.0));
+        assert_eq!(
+            (
+                found.before.beyond(),
+                found.after.beyond(),
+                all_between(&found)
+            ),
+            (0.0, 0.0, 0.0)
+        );
     }
 }
 
@@ -392,7 +437,7 @@ fn the_rim_of_a_bevel_hides_its_wall() {
                 hit(CLASS_FLOOR, 1, up(-0.02, ray).length(), Vec3::Y, FAR)
             }
         });
-        let between = |y| division(&materials, &frame, &picture, 4, y).between;
+        let between = |y| all_between(&division(&materials, &frame, &picture, 4, y));
         let found: f32 = (0..SIDE).map(between).sum();
         assert!(
             (found - (outline - rim)).abs() < 0.02,
@@ -423,18 +468,73 @@ fn a_side_knows_where_bevel_and_wall_end() {
     };
     // Under the cap; half of the depth from the rim, which hides the wall, to the floor below.
     let found = division(&materials, &frame, &picture(CLASS_BEVEL, 0.3, FAR), 4, 4);
-    assert!(found.is_down && found.between == 0.0);
-    assert!((found.before - 0.1).abs() < 0.01, "{found:?}");
+    assert!(found.first == 2 && all_between(&found) == 0.0);
+    assert!((found.before.beyond() - 0.1).abs() < 0.01, "{found:?}");
     assert!(
-        (found.after - (0.5 - 0.4 * 0.2 / 0.3)).abs() < 0.01,
+        (found.after.beyond() - (0.5 - 0.4 * 0.2 / 0.3)).abs() < 0.01,
         "{found:?}"
     );
-    // A wall below such a bevel ends where the cap begins.
-    let picture = picture(CLASS_WALL, 0.9, 38 | 16 << 7);
+    // Between a wall and its cap, which both know the same edge, is a bevel.
+    materials.0.side = CLASS_BEVEL;
+    let picture = picture(CLASS_WALL, 0.9, 76 | 16 << 7);
     let found = division(&materials, &frame, &picture, 4, 4);
-    assert_eq!((found.before, found.between), (0.0, 0.0));
-    let found = division(&materials, &frame, &picture, 4, 3);
-    assert!((found.after - 0.2).abs() < 0.01, "{found:?}");
+    assert!((found.before.beyond() - 0.1).abs() < 0.01, "{found:?}");
+    let width = 0.4 * 0.5 / 0.9;
+    assert!((all_between(&found) - width).abs() < 0.01, "{found:?}");
+    let (share, _, hit) = part_between(&materials, &frame, &picture, (4, 4), false);
+    assert_eq!((share, hit.class), (1.0, CLASS_BEVEL));
+}
+
+#[test]
+fn between_two_sides_is_floor_and_beyond_one_that_hides_the_other_its_cap() {
+    // Sides that fall by their depth in a pixel, to the right and to the left, with their feet at −0.001 and 0.002.
+    let frame = looking();
+    let depth = 0.02;
+    let side = |ray: Vec3, foot: f32, sign: f32| {
+        let up = (ray.x - foot) * sign / 0.01;
+        let normal = Vec3::new(-sign * depth, 0.0, 0.01).normalize();
+        let code = ((1.0 - up) * 126.0) as u32 | if sign > 0.0 { 0 } else { 32 << 7 };
+        let t = (1.0 + depth * (1.0 - up)) * ray.length();
+        let (place, mut surface) = at_depth(hit(CLASS_BEVEL, 7, t, normal, code), 1.0 - up);
+        surface.z = octahedral(Vec3::Z);
+        (place, surface)
+    };
+    let picture = draw(&frame, |ray| match ray.x {
+        x if x.abs() > 0.01 => hit(CLASS_CAP, 7, ray.length(), Vec3::Z, FAR),
+        x if x < 0.0 => side(ray, -0.001, -1.0),
+        _ => side(ray, 0.002, 1.0),
+    });
+    let mut materials = Materials::new();
+    (materials.0.rim, materials.0.side) = (1.0, CLASS_BEVEL);
+    for (x, width) in [(3, 0.1), (4, 0.2)] {
+        let found = division(&materials, &frame, &picture, x, 4);
+        assert!((all_between(&found) - width).abs() < 0.02, "{x}: {found:?}");
+        let (share, direction, hit) = part_between(&materials, &frame, &picture, (x, 4), true);
+        assert_eq!((share, hit.class), (1.0, CLASS_FLOOR));
+        let place = direction * hit.t;
+        assert!(
+            (place - Vec3::new(0.0005, 0.0, -1.02)).length() < 0.006,
+            "{place}"
+        );
+    }
+    // One that rises to its cap at 0.001, which hides the one that is farther to the right.
+    let picture = draw(&frame, |ray| match ray.x < 0.0 {
+        true => side(ray, -0.009, 1.0),
+        false => {
+            let normal = Vec3::new(-0.02, 0.0, 0.01).normalize();
+            let far = hit(CLASS_WALL, 7, 1.5 * ray.length(), normal, FAR);
+            at_depth(far, 0.5)
+        }
+    });
+    let found = division(&materials, &frame, &picture, 3, 4);
+    assert_eq!(all_between(&found), 0.0);
+    // Its cap is seen from there up to the centre of pixel 4.
+    let found = division(&materials, &frame, &picture, 4, 4);
+    assert!((all_between(&found) - 0.4).abs() < 0.02, "{found:?}");
+    let (share, direction, hit) = part_between(&materials, &frame, &picture, (4, 4), false);
+    assert_eq!((share, hit.class), (1.0, CLASS_CAP));
+    assert!(((direction * hit.t).z + 1.0).abs() < 1e-3);
+    assert!(hit.normal.dot(Vec3::Z) > 0.9999);
 }
 
 #[test]
@@ -450,16 +550,17 @@ fn a_border_that_no_hit_knows_is_the_line_through_its_stairs() {
     for x in 2..6 {
         let column = (0..SIDE).map(|y| {
             let found = divided(&frame, &picture, x, y);
-            assert!(found.is_down || found.before + found.after == 0.0);
-            assert_eq!(found.between, 0.0);
+            assert!(found.first == 2 || found.before.beyond() + found.after.beyond() == 0.0);
+            assert_eq!(all_between(&found), 0.0);
             let is_hit = |y: u32| picture.words(x, y).1.x != 0;
             let part = |is_hit: bool| if is_hit { 1.0 } else { 0.0 };
-            let mut covered = (1.0 - found.before - found.after) * part(is_hit(y));
-            if found.before > 0.0 {
-                covered += found.before * part(is_hit(y - 1));
+            let mut covered =
+                (1.0 - found.before.beyond() - found.after.beyond()) * part(is_hit(y));
+            if found.before.beyond() > 0.0 {
+                covered += found.before.beyond() * part(is_hit(y - 1));
             }
-            if found.after > 0.0 {
-                covered += found.after * part(is_hit(y + 1));
+            if found.after.beyond() > 0.0 {
+                covered += found.after.beyond() * part(is_hit(y + 1));
             }
             covered
         });
@@ -497,9 +598,9 @@ fn the_floor_before_an_opposite_side_is_found() {
     materials.0.side = CLASS_BEVEL;
     for (x, width) in [(3, 0.3), (4, 0.3)] {
         let found = division(&materials, &frame, &picture, x, 4);
-        assert!((found.between - width).abs() < 0.02, "{x}: {found:?}");
-        assert_eq!((found.before, found.after), (0.0, 0.0));
-        let (share, direction, hit) = between(&materials, &frame, &picture, (x, 4), &found, true);
+        assert!((all_between(&found) - width).abs() < 0.02, "{x}: {found:?}");
+        assert_eq!((found.before.beyond(), found.after.beyond()), (0.0, 0.0));
+        let (share, direction, hit) = part_between(&materials, &frame, &picture, (x, 4), true);
         // A little of the side below the cap is seen.
         assert!(share > 0.98, "{share}");
         assert_eq!((hit.class, hit.finish), (CLASS_FLOOR, 7));
@@ -561,12 +662,12 @@ fn a_cap_that_knows_another_edge_begins_a_gap_after_the_opposite_one() {
     let mut materials = with_gaps();
     let found = division(&materials, &frame, &picture, 4, 4);
     // The pixel is from 0 to 0.01.
-    assert!(!found.is_down && found.between == 0.0);
-    assert!((found.after - 0.5).abs() < 0.02, "{found:?}");
+    assert!(found.first == 0 && all_between(&found) == 0.0);
+    assert!((found.after.beyond() - 0.5).abs() < 0.02, "{found:?}");
     // Without gaps that are known, the foot of the bevel would be its end.
     materials.0.chart = Chart::default();
     let found = division(&materials, &frame, &picture, 4, 4);
-    assert_eq!((found.before, found.after), (0.0, 0.0));
+    assert_eq!((found.before.beyond(), found.after.beyond()), (0.0, 0.0));
 }
 
 #[test]
@@ -586,10 +687,9 @@ fn a_gap_between_two_caps_that_no_pixel_shows_is_found() {
         let mut materials = with_gaps();
         for (x, width) in [(3, 0.4), (4, 0.2)] {
             let found = division(&materials, &frame, &picture, x, 4);
-            assert!((found.between - width).abs() < 0.02, "{x}: {found:?}");
-            let (sides, ..) = between(&materials, &frame, &picture, (x, 4), &found, false);
-            let (floor, direction, hit) =
-                between(&materials, &frame, &picture, (x, 4), &found, true);
+            assert!((all_between(&found) - width).abs() < 0.02, "{x}: {found:?}");
+            let (sides, ..) = part_between(&materials, &frame, &picture, (x, 4), false);
+            let (floor, direction, hit) = part_between(&materials, &frame, &picture, (x, 4), true);
             assert!(floor > 0.9 && (sides + floor - 1.0).abs() < 1e-6, "{floor}");
             assert_eq!(hit.class, CLASS_FLOOR);
             assert!(((direction * hit.t).z + 1.02).abs() < 1e-3);
@@ -597,7 +697,7 @@ fn a_gap_between_two_caps_that_no_pixel_shows_is_found() {
         // Where outlines run in all directions, they are not so straight.
         materials.0.chart.order = 0.0;
         let found = division(&materials, &frame, &picture, 3, 4);
-        assert_eq!(found.between, 0.0);
+        assert_eq!(all_between(&found), 0.0);
     }
 }
 
@@ -632,10 +732,9 @@ fn the_wall_between_a_floor_and_its_bevel_is_found() {
     let mut width = 0.0;
     for y in 0..SIDE {
         let found = division(&materials, &frame, &picture, 4, y);
-        width += found.between;
-        if found.between > 0.0 {
-            let (share, direction, hit) =
-                between(&materials, &frame, &picture, (4, y), &found, false);
+        width += all_between(&found);
+        if all_between(&found) > 0.0 {
+            let (share, direction, hit) = part_between(&materials, &frame, &picture, (4, y), false);
             assert_eq!((share, hit.class), (1.0, CLASS_WALL));
             assert!(hit.normal.dot(Vec3::Z) > 0.99, "{}", hit.normal);
             // Half way up the wall, at the place where it is seen.
