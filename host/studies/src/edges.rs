@@ -5,7 +5,8 @@ use crate::perceptual::difference;
 use relievo::Error;
 use relievo::picture::Picture;
 use relievo::prepare::PreparedScene;
-use relievo::render::{ColorWords, CpuRenderer, Renderer};
+use relievo::render::{ColorWords, CpuRenderer, RenderError, Renderer};
+use relievo::scene::Development;
 use std::time::Instant;
 
 /// Samples per pixel side of the reference.
@@ -21,6 +22,9 @@ pub struct Row {
     /// What is left of `flip` if each pixel that shows more than one class has the colour of 256 samples: the
     /// error within surfaces.
     pub inside: f64,
+    /// The FLIP difference if each class has its exact share of a pixel, in the colour of the nearest sample that shows
+    /// it; that of 256 samples if no sample beside the pixel does.
+    pub covered: f64,
     /// Root of the mean squared difference from these, of 255.
     pub rmse: f64,
     /// Time of a frame over that of the first variant in the same round, on the CPU and the GPU.
@@ -43,8 +47,14 @@ pub fn measure(
     let words = CpuRenderer::new(plain).color(&plain.frame_with_samples(REFERENCE))?;
     let reference = Picture::develop(&words, REFERENCE, &plain.development)?;
     let divided = divided(&words, REFERENCE);
-    drop(words);
     let [mut cpu, mut smooth_cpu] = [plain, smooth].map(CpuRenderer::new);
+    let mut covered = [0.0; 2];
+    for (factor, covered) in (1..).zip(&mut covered) {
+        let samples = cpu.color(&plain.frame_with_samples(factor))?;
+        let picture = with_coverage(&words, &samples, &plain.development)?;
+        *covered = difference(&reference, &picture);
+    }
+    drop(words);
     let mut renderers: Vec<[&mut dyn Renderer; 2]> = vec![[&mut cpu, &mut smooth_cpu]];
     renderers.extend(gpu.map(|[plain, smooth]| [plain as &mut dyn Renderer, smooth]));
     let mut times = [(); 2].map(|()| [(); 4].map(|()| Vec::new()));
@@ -72,6 +82,7 @@ pub fn measure(
             &reference,
             &replaced(&pictures[variant], &reference, &divided),
         ),
+        covered: covered[VARIANTS[variant].0 as usize - 1],
         rmse: rmse(&reference, &pictures[variant]),
         ratios: [0, 1].map(|at| Summary::of_ratios(&times[at][variant], &times[at][0])),
     }))
@@ -86,6 +97,59 @@ fn divided(words: &ColorWords, factor: u32) -> Vec<bool> {
         (1..factor * factor).any(|sample| class(sample) != class(0))
     };
     pixels.map(is_divided).collect()
+}
+
+/// Returns the picture in which each of the samples in `words` has the colour of the nearest one of the fewer `samples`
+/// that shows its class, among the one that it lies in and those around that, if there is one.
+fn with_coverage(
+    words: &ColorWords,
+    samples: &ColorWords,
+    development: &Development,
+) -> Result<Picture, RenderError> {
+    let [width, height] = [words.width, words.height].map(|side| side / REFERENCE);
+    let scale = words.width / samples.width;
+    let nearest = |x: u32, y: u32| {
+        let own = words.pixel(x, y);
+        // How far the sample at `step` from the one that it lies in is, in half widths of one in `words`.
+        let way = |at: u32, step: i32| {
+            (step * scale as i32 + scale as i32 / 2) * 2 - (at % scale) as i32 * 2 - 1
+        };
+        let steps = (-1..=1).flat_map(|dy| (-1..=1).map(move |dx| (dx, dy)));
+        let beside = steps.filter_map(|(dx, dy)| {
+            let x = (x / scale)
+                .checked_add_signed(dx)
+                .filter(|x| *x < samples.width)?;
+            let y = (y / scale)
+                .checked_add_signed(dy)
+                .filter(|y| *y < samples.height)?;
+            Some((dx, dy, samples.pixel(x, y)))
+        });
+        let alike = beside.filter(|(.., sample)| sample[3] == own[3]);
+        let found = alike.min_by_key(|(dx, dy, _)| match (dx, dy) {
+            (0, 0) => 0,
+            _ => way(x, *dx).pow(2) + way(y, *dy).pow(2),
+        });
+        found.map_or(own, |(.., sample)| sample)
+    };
+    let mut picture = Picture {
+        width,
+        height,
+        bytes: Vec::new(),
+    };
+    // A row at a time: all samples take much memory.
+    for row in 0..height {
+        let lines = REFERENCE * row..REFERENCE * (row + 1);
+        let places = lines.flat_map(|y| (0..words.width).map(move |x| (x, y)));
+        let row = ColorWords {
+            width: words.width,
+            height: REFERENCE,
+            words: places.map(|(x, y)| nearest(x, y)).collect(),
+        };
+        picture
+            .bytes
+            .extend(Picture::develop(&row, REFERENCE, development)?.bytes);
+    }
+    Ok(picture)
 }
 
 /// Returns `picture` with the colours of `reference` in the pixels that are `divided`.
@@ -142,6 +206,13 @@ mod tests {
             rows.iter().all(|row| row.inside < 0.5 * row.flip),
             "{rows:?}"
         );
+        // Exact coverage leaves more than that, but less than four samples.
+        let covered = rows.map(|row| row.covered);
+        assert!(
+            covered[0] > rows[0].inside && covered[0] < rows[2].flip,
+            "{rows:?}"
+        );
+        assert!(covered[0] == covered[1] && covered[2] == covered[3]);
         assert!(
             rows.iter()
                 .all(|row| row.ratios[0].is_some() && row.ratios[1].is_none())

@@ -163,7 +163,7 @@ pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
         .as_ref()
         .map_or("no GPU".to_string(), Adapter::describe);
     say(format_args!(
-        "errors against {} samples a pixel, in brackets with perfect edges; times as multiples of those of one sample: CPU, {gpu_name}",
+        "errors against {} samples a pixel, in brackets with perfect edges and with exact coverage; times as multiples of those of one sample: CPU, {gpu_name}",
         edges::REFERENCE.pow(2)
     ))?;
     for path in &arguments.scenes {
@@ -193,7 +193,7 @@ pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
                 None => "-".to_string(),
             };
             say(format_args!(
-                "  {} a pixel{}: FLIP {:.4} ({:.4}), RMSE {:.2} of 255, time {} and {}",
+                "  {} a pixel{}: FLIP {:.4} ({:.4}, {:.4}), RMSE {:.2} of 255, time {} and {}",
                 match factor {
                     1 => "1 sample".to_string(),
                     _ => format!("{} samples", factor * factor),
@@ -201,6 +201,7 @@ pub fn edges(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
                 if is_smooth { ", smooth edges" } else { "" },
                 row.flip,
                 row.inside,
+                row.covered,
                 row.rmse,
                 ratio(row.ratios[0]),
                 ratio(row.ratios[1])
