@@ -178,14 +178,7 @@ fn an_even_surface_and_the_border_of_the_picture_are_no_edges() {
     });
     for i in 0..SIDE * SIDE {
         let found = divided(&frame, &picture, i % SIDE, i / SIDE);
-        assert_eq!(
-            (
-                found.before.beyond(),
-                found.after.beyond(),
-                all_between(&found)
-            ),
-            (0.0, 0.0, 0.0)
-        );
+        assert_eq!(found.others(), 0.0, "{found:?}");
     }
 }
 
@@ -317,14 +310,7 @@ fn a_cap_hides_the_foot_behind_it() {
     assert!((found.before.beyond() - 0.2).abs() < 0.01, "{found:?}");
     assert_eq!((found.after.beyond(), all_between(&found)), (0.0, 0.0));
     let found = divided(&frame, &picture, 3, 3);
-    assert_eq!(
-        (
-            found.before.beyond(),
-            found.after.beyond(),
-            all_between(&found)
-        ),
-        (0.0, 0.0, 0.0)
-    );
+    assert_eq!(found.others(), 0.0, "{found:?}");
 }
 
 #[test]
@@ -386,14 +372,7 @@ fn edges_of_what_is_far_behind_do_not_count() {
     });
     for x in [3, 4] {
         let found = divided(&frame, &picture, x, 3);
-        assert_eq!(
-            (
-                found.before.beyond(),
-                found.after.beyond(),
-                all_between(&found)
-            ),
-            (0.0, 0.0, 0.0)
-        );
+        assert_eq!(found.others(), 0.0, "{found:?}");
     }
 }
 
@@ -483,6 +462,8 @@ fn a_side_knows_where_bevel_and_wall_end() {
     assert!((all_between(&found) - width).abs() < 0.01, "{found:?}");
     let (share, _, hit) = part_between(&materials, &frame, &picture, (4, 4), false);
     assert_eq!((share, hit.class), (1.0, CLASS_BEVEL));
+    let found = division(&materials, &frame, &picture, 4, 3);
+    assert_eq!(found.others(), 0.0, "{found:?}");
 }
 
 #[test]
