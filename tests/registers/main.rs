@@ -30,7 +30,7 @@ const SPILL: [(&str, &str, &[&str]); 10] = [
     ("RDNA2", "relievo_exact", LAYERS),
     ("RDNA2", "relievo_fused", LAYERS.split_at(2).0),
     ("RDNA2", "relievo_fast", LAYERS.split_at(1).0),
-    // Ten registers, 16 in the fused module and 22 in the exact one.
+    // Six registers, 14 in the fused module and 22 in the exact one.
     ("RDNA2", "relievo_exact", &["shade_edges"]),
     ("RDNA2", "relievo_fused", &["shade_edges"]),
     ("RDNA2", "relievo_fast", &["shade_edges"]),

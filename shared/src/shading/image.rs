@@ -6,12 +6,12 @@ use crate::arithmetic::{abs, clamp, div, floor, floor_to_int, max, min, sqrt};
 use crate::shape_map::Texels;
 use crate::{Real, Vec2};
 use glam::Vec4;
-use relievo_exact::log2;
 
-/// Width of a texel of the level of detail, of that of a pixel. A lookup between two levels blurs more
-/// than the pixel's mean: with 3 times its variance at 1, as much at 0.58. Between them is what differs
-/// least from many samples.
-const WIDTH: Real = 0.7;
+/// The spread of a lookup is this, and `SPREAD` times the area of what the pixel covers, texels².
+const FIRST: Real = 0.98;
+/// With 1 / 3, a lookup has the variance of a pixel's mean. It has more weight far out than that mean, so that
+/// somewhat less differs least from many samples.
+const SPREAD: Real = 0.25;
 /// Largest number of places at which a picture is looked up along a pixel.
 const MOST_PLACES: Real = 8.0;
 
@@ -117,36 +117,33 @@ pub fn halved(side: u32) -> u32 {
     if side > 1 { side >> 1 } else { 1 }
 }
 
-/// Returns `image` at `at`, repeats from the upper left corner, in the level of detail
-/// `level`: 0 for the first, which is the largest.
+/// Returns `image` at `at`, repeats from the upper left corner, in the level of detail n (0 for the first,
+/// which is the largest), where `spread` is 4ⁿ. Between two levels, the variance of the lookup is linear in
+/// `spread`.
+///
+/// In level n that variance is (4ⁿ − 1) / 12 + 4ⁿ / 6 texels²: the mean of texels, and the lookup between two.
 #[inline]
-pub fn sample<T: Texels + ?Sized>(words: &T, image: &Image, at: Vec2, level: Real) -> Vec4 {
+pub fn sample<T: Texels + ?Sized>(words: &T, image: &Image, at: Vec2, spread: Real) -> Vec4 {
+    const THIRD: Real = 1.0 / 3.0;
     // Of a number that is too large to have a fraction, rounding is all that is left.
     let fraction = |x: Real| clamp(x - floor(x), 0.0, 1.0);
     let at = Vec2::new(fraction(at.x), fraction(at.y));
-    let last = image.levels as i32 - 1;
-    let level = clamp(level, 0.0, last as Real);
-    let whole = floor(level);
-    let mut rest = whole as i32;
     let (mut first, mut width, mut height) = (image.first, image.width, image.height);
+    let (mut spread, mut share) = (spread, 1.0);
     let mut found = Vec4::ZERO;
-    // The first level of the two, then the second.
-    let mut is_second = false;
-    let mut is_done = false;
-    while !is_done {
-        if rest == 0 {
+    let mut rest = image.levels;
+    while rest > 0 {
+        if spread < 4.0 || rest == 1 {
             let value = bilinear(words, first, width, height, at);
-            if is_second {
-                found += (value - found) * (level - whole);
-                is_done = true;
-            } else {
-                found = value;
-                is_done = level <= whole;
-                is_second = true;
+            found += (value - found) * share;
+            // Of the next level.
+            share = clamp((spread - 1.0) * THIRD, 0.0, 1.0);
+            if share == 0.0 {
+                rest = 1;
             }
-        } else {
-            rest -= 1;
         }
+        rest -= 1;
+        spread *= 0.25;
         first += 2 * (width * height);
         width = halved(width);
         height = halved(height);
@@ -174,13 +171,15 @@ pub fn sample_over<T: Texels + ?Sized>(
     let ratio = div(long, max(short, 1e-6));
     let places = floor(clamp(ratio + 0.5, 1.0, MOST_PLACES));
     let part = div(1.0, places);
-    let level = log2(clamp(long * part * WIDTH, 1e-6, 1e6));
+    let wide = clamp(long * part, 0.0, 1e6);
+    // Pictures that are seen from near are looked up in their first level only.
+    let spread = max(FIRST + SPREAD * (wide * wide), 1.0);
     let step = side * part;
     let mut rest = floor_to_int(places);
     let mut place = at - step * (0.5 * places - 0.5);
     let mut sum = Vec4::ZERO;
     while rest > 0 {
-        sum += sample(words, image, place, level);
+        sum += sample(words, image, place, spread);
         place += step;
         rest -= 1;
     }

@@ -188,20 +188,57 @@ fn picture() -> (Vec<u32>, Image) {
 #[test]
 fn pictures_are_filtered_within_and_between_levels() {
     let (words, image) = picture();
-    let at = |x: f32, y: f32, level: f32| {
-        let found = image::sample(&words[..], &image, Vec2::new(x, y), level) * 65_535.0;
+    let at = |x: f32, y: f32, spread: f32| {
+        let found = image::sample(&words[..], &image, Vec2::new(x, y), spread) * 65_535.0;
         [found.x, found.y, found.w].map(f32::round)
     };
     let one = 65_535.0;
-    assert_eq!(at(0.375, 0.25, 0.0), [10_000.0, 0.0, one]);
-    assert_eq!(at(0.5, 0.5, 0.0), [15_000.0, 5_000.0, one]);
+    assert_eq!(at(0.375, 0.25, 1.0), [10_000.0, 0.0, one]);
+    assert_eq!(at(0.5, 0.5, 1.0), [15_000.0, 5_000.0, one]);
     // Half-way between the last and the first column.
-    assert_eq!(at(0.0, 0.25, 0.0), [15_000.0, 0.0, one]);
-    assert_eq!(at(1.0, 0.25, -3.0), [15_000.0, 0.0, one]);
-    assert_eq!(at(-0.625, 7.25, 0.0), [10_000.0, 0.0, one]);
-    assert_eq!(at(0.25, 0.1, 1.0), [5_000.0, 5_000.0, one]);
-    assert_eq!(at(0.25, 0.25, 0.5), [5_000.0, 2_500.0, one]);
-    assert_eq!(at(0.3, 0.3, 9.0), [15_000.0, 5_000.0, one]);
+    assert_eq!(at(0.0, 0.25, 1.0), [15_000.0, 0.0, one]);
+    assert_eq!(at(1.0, 0.25, 0.1), [15_000.0, 0.0, one]);
+    assert_eq!(at(-0.625, 7.25, 1.0), [10_000.0, 0.0, one]);
+    assert_eq!(at(0.25, 0.1, 4.0), [5_000.0, 5_000.0, one]);
+    assert_eq!(at(0.25, 0.25, 2.5), [5_000.0, 2_500.0, one]);
+    assert_eq!(at(0.25, 0.25, 10.0), [10_000.0, 5_000.0, one]);
+    for spread in [16.0, 1e6, f32::INFINITY, f32::NAN] {
+        assert_eq!(at(0.3, 0.3, spread), [15_000.0, 5_000.0, one]);
+    }
+}
+
+#[test]
+fn the_variance_of_a_lookup_grows_with_its_spread() {
+    // A row of texels, one of which is bright, and its levels. Texels of a level have different places beside it:
+    // the mean of eight.
+    const SIZE: usize = 64;
+    for spread in [0.5, 1.0, 1.3, 2.5, 4.0, 9.0, 16.0, 40.0, 64.0f32] {
+        let (mut sum, mut moment) = (0.0, 0.0);
+        for bright in 32..40 {
+            let mut words = Vec::new();
+            for level in 0..7 {
+                let of = |x: usize| u32::from(x == bright >> level) * (65_535 >> level);
+                words.extend((0..SIZE >> level).flat_map(|x| [of(x), 0]));
+            }
+            let image = Image {
+                first: 0,
+                width: SIZE as u32,
+                height: 1,
+                levels: 7,
+            };
+            for place in 0..SIZE * 16 {
+                let x = (place as f32 + 0.5) / 16.0;
+                let at = Vec2::new(x / SIZE as f32, 0.5);
+                let value = image::sample(&words[..], &image, at, spread).x;
+                let away = x - (bright as f32 + 0.5);
+                sum += value;
+                moment += value * away * away;
+            }
+        }
+        let expected = 0.25 * spread.max(1.0) - 1.0 / 12.0;
+        let ratio = moment / sum / expected;
+        assert!((ratio - 1.0).abs() < 0.02, "{spread}: {ratio}");
+    }
 }
 
 #[test]
@@ -214,11 +251,12 @@ fn pictures_are_filtered_along_a_pixel() {
     };
     let texel = Vec2::new(0.25, 0.5);
     let (x, y) = (Vec2::X * texel.x, Vec2::Y * texel.y);
-    // One texel.
-    assert_eq!(over(0.375, 0.25, x, y), [10_000.0, 0.0]);
+    // Much less than a texel, then one, which sees a little of the next row.
+    assert_eq!(over(0.375, 0.25, 0.2 * x, 0.2 * y), [10_000.0, 0.0]);
+    assert_eq!(over(0.375, 0.25, x, y), [10_000.0, 383.0]);
     // The second and the third one, in the finest level, whichever side is the longer one.
-    assert_eq!(over(0.5, 0.25, 2.0 * x, y), [15_000.0, 0.0]);
-    assert_eq!(over(0.5, 0.25, y, -2.0 * x), [15_000.0, 0.0]);
+    assert_eq!(over(0.5, 0.25, 2.0 * x, y), [15_000.0, 383.0]);
+    assert_eq!(over(0.5, 0.25, y, -2.0 * x), [15_000.0, 383.0]);
     // Both rows, in one column.
     assert_eq!(over(0.375, 0.5, x, 2.0 * y), [10_000.0, 5_000.0]);
     // A pixel that is much longer than wide: no more than eight lookups, in a coarser level.

@@ -71,7 +71,7 @@ pub fn between<T: Tables + ?Sized, H: Hits + ?Sized>(
         even = even.level(tables, &mesh, is_cap);
     }
     let is_above = even.hit.class == CLASS_CAP;
-    if is_above && !is_level && even.known_end(tables, towards) > 1.0 {
+    if !is_level && even.known_end(tables, towards) > 1.0 {
         // It knows another edge only. The opposite one is parallel.
         let edge = beyond.hit.edge;
         let sign = if is_gap { -1.0 } else { 1.0 };

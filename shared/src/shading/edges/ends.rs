@@ -6,7 +6,7 @@ use super::pixel::{Pixel, STEP};
 use super::{as_vec, ray_step};
 use crate::Real;
 use crate::arithmetic::{abs, div, kept, max, min, sqrt};
-use crate::gbuffer::Hits;
+use crate::gbuffer::{Hits, is_side};
 use crate::layout::Frame;
 use crate::normals::{CLASS_BEVEL, CLASS_CAP, CLASS_FLOOR, CLASS_WALL};
 use glam::IVec2;
@@ -104,7 +104,7 @@ fn in_carving<T: Tables + ?Sized>(
     if !is_own {
         (end, begin) = (1.0 - begin, 1.0 - end);
     }
-    let is_beyond_even = is_even(beyond.hit.class);
+    let is_beyond_even = !is_side(beyond.hit.class);
     let edge = if are_caps {
         even.hit.edge
     } else {
@@ -129,7 +129,12 @@ fn in_carving<T: Tables + ?Sized>(
         }
     }
     let is_known = end <= 1.0;
-    let side = even.along(towards, even.side_width);
+    // At the opposite edge, where `rate` is negative, the side is seen whose width is.
+    let rate = kept(even.hit.edge.direction.dot(towards));
+    let rate_or_least = if abs(rate) > 1e-3 { rate } else { 1e-3 };
+    let side = max(div(even.side_width, rate_or_least), 0.0);
+    // Between a floor and a bevel is the wall below it.
+    let is_walled = even.hit.class == CLASS_FLOOR && beyond.hit.class == CLASS_BEVEL;
     if are_caps || is_opposite && is_known && begin > end {
         // Between a cap and the side below the opposite one is floor, unless the cap hides it.
     } else if is_beyond_even {
@@ -141,8 +146,6 @@ fn in_carving<T: Tables + ?Sized>(
         }
         end = min(end, begin);
     } else if is_known {
-        // Between a floor and a bevel is the wall below it.
-        let is_walled = even.hit.class == CLASS_FLOOR && beyond.hit.class == CLASS_BEVEL;
         // Between a cap and a wall is the bevel above it.
         let is_beveled = even.hit.class == CLASS_CAP
             && beyond.hit.class == CLASS_WALL
@@ -154,6 +157,9 @@ fn in_carving<T: Tables + ?Sized>(
         } else {
             end
         };
+    } else if is_walled && rate < 0.0 && begin >= side {
+        // The floor knows the opposite edge only.
+        end = begin - side;
     } else {
         end = begin;
     }
@@ -168,12 +174,6 @@ fn in_carving<T: Tables + ?Sized>(
             other: 1.0 - end,
         }
     }
-}
-
-/// Returns whether surfaces of `class` are as even as the mesh.
-#[inline]
-fn is_even(class: u32) -> bool {
-    class == CLASS_CAP || class == CLASS_FLOOR
 }
 
 /// Returns where the surfaces of `own`, pixel `at`, and of `other`, its neighbour along `step`,
@@ -202,9 +202,12 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         let pixel = sqrt(along.dot(along));
         let leads = own.leads_to(other, pixel) && other.leads_to(own, pixel);
         let is_one = own.hit.finish == other.hit.finish;
-        if is_one && (is_even(class) || is_even(other_class)) {
+        if is_one && !(is_side(class) && is_side(other_class)) {
+            // A floor beyond the cap of a side is not the one at its foot.
+            let is_behind = other_class == CLASS_FLOOR && own.leads_to_cap(as_vec(step))
+                || class == CLASS_FLOOR && other.leads_to_cap(as_vec(-step));
             let goes_on = if class != other_class {
-                goes_on(tables, own, other, pixel)
+                !is_behind && goes_on(tables, own, other, pixel)
             } else {
                 // Outlines in all directions are not straight for long enough.
                 let is_known = known.own <= 1.0 || known.other >= 0.0;
@@ -223,7 +226,7 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         if leads {
             return NONE;
         }
-        let are_sides = is_one && !is_even(class) && !is_even(other_class);
+        let are_sides = is_one && is_side(class) && is_side(other_class);
         if are_sides && known.own <= 1.0 && known.own < known.other {
             return known;
         }

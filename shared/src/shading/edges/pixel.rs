@@ -159,7 +159,8 @@ impl Pixel {
 
     /// Returns the width of the side below the near edge of a cap, pixels across the edge: as far as
     /// the rim of the bevel hides the rest of it, or down to its foot; or of the wall above the near edge of
-    /// a floor, up to the rim. It is 0 of anything else.
+    /// a floor, up to the rim, negative where that hides the wall: at the opposite edge it is seen. It is 0 of anything
+    /// else.
     #[inline]
     pub(super) fn width_of_side<T: Tables + ?Sized>(&self, tables: &T, frame: &Frame) -> Real {
         let is_cap = self.hit.class == CLASS_CAP;
@@ -171,7 +172,7 @@ impl Pixel {
         if is_cap {
             width_below(aside, down, rim)
         } else if rim > 0.0 {
-            max(down * (rim - 1.0), 0.0)
+            down * (rim - 1.0)
         } else {
             0.0
         }

@@ -498,24 +498,27 @@ fn between_two_sides_is_floor_and_beyond_one_that_hides_the_other_its_cap() {
             "{place}"
         );
     }
-    // One that rises to its cap at 0.001, which hides the one that is farther to the right.
-    let picture = draw(&frame, |ray| match ray.x < 0.0 {
-        true => side(ray, -0.009, 1.0),
-        false => {
-            let normal = Vec3::new(-0.02, 0.0, 0.01).normalize();
-            let far = hit(CLASS_WALL, 7, 1.5 * ray.length(), normal, FAR);
-            at_depth(far, 0.5)
-        }
-    });
-    let found = division(&materials, &frame, &picture, 3, 4);
-    assert_eq!(all_between(&found), 0.0);
-    // Its cap is seen from there up to the centre of pixel 4.
-    let found = division(&materials, &frame, &picture, 4, 4);
-    assert!((all_between(&found) - 0.4).abs() < 0.02, "{found:?}");
-    let (share, direction, hit) = part_between(&materials, &frame, &picture, (4, 4), false);
-    assert_eq!((share, hit.class), (1.0, CLASS_CAP));
-    assert!(((direction * hit.t).z + 1.0).abs() < 1e-3);
-    assert!(hit.normal.dot(Vec3::Z) > 0.9999);
+    // One that rises to its cap at 0.001, which hides the one that is farther to the right, or a floor.
+    for is_floor in [false, true] {
+        let picture = draw(&frame, |ray| match ray.x < 0.0 {
+            true => side(ray, -0.009, 1.0),
+            false if is_floor => hit(CLASS_FLOOR, 7, 1.03 * ray.length(), Vec3::Z, FAR),
+            false => {
+                let normal = Vec3::new(-0.02, 0.0, 0.01).normalize();
+                let far = hit(CLASS_WALL, 7, 1.5 * ray.length(), normal, FAR);
+                at_depth(far, 0.5)
+            }
+        });
+        let found = division(&materials, &frame, &picture, 3, 4);
+        assert_eq!(all_between(&found), 0.0);
+        // Its cap is seen from there up to the centre of pixel 4.
+        let found = division(&materials, &frame, &picture, 4, 4);
+        assert!((all_between(&found) - 0.4).abs() < 0.02, "{found:?}");
+        let (share, direction, hit) = part_between(&materials, &frame, &picture, (4, 4), false);
+        assert_eq!((share, hit.class), (1.0, CLASS_CAP));
+        assert!(((direction * hit.t).z + 1.0).abs() < 1e-3);
+        assert!(hit.normal.dot(Vec3::Z) > 0.9999);
+    }
 }
 
 #[test]
@@ -675,6 +678,16 @@ fn a_gap_between_two_caps_that_no_pixel_shows_is_found() {
             assert_eq!(hit.class, CLASS_FLOOR);
             assert!(((direction * hit.t).z + 1.02).abs() < 1e-3);
         }
+        // Bevels that are 0.001 wide lie at the ends of the gap, and the floor in its middle.
+        materials.0.growth = [0.002, 0.0];
+        for (x, floor, facing) in [(3, 0.75, 1.0), (4, 0.5, -1.0)] {
+            let (sides, _, hit) = part_between(&materials, &frame, &picture, (x, 4), false);
+            assert!((sides - (1.0 - floor)).abs() < 0.06, "{x}: {sides}");
+            assert_eq!(hit.class, CLASS_BEVEL);
+            assert!(hit.normal.x * facing > 0.9, "{x}: {}", hit.normal);
+            let (share, ..) = part_between(&materials, &frame, &picture, (x, 4), true);
+            assert!((sides + share - 1.0).abs() < 1e-6, "{x}: {share}");
+        }
         // Where outlines run in all directions, they are not so straight.
         materials.0.chart.order = 0.0;
         let found = division(&materials, &frame, &picture, 3, 4);
@@ -685,43 +698,50 @@ fn a_gap_between_two_caps_that_no_pixel_shows_is_found() {
 #[test]
 fn the_wall_between_a_floor_and_its_bevel_is_found() {
     // The ground, seen from above at 63 degrees: a floor, whose wall rises away from the eye up to the
-    // rim of a bevel. The wall is less than a pixel wide, and no pixel's centre is on it.
+    // rim of a bevel. The wall is less than a pixel wide, and no pixel's centre is on it. The floor knows
+    // its foot, or the opposite edge only.
     let (frame, row, up) = above_ground();
     let eye = vec3(frame.eye);
     let mut materials = Materials::new();
     materials.0.rim = 0.6;
-    let foot = row(Vec3::new(0.0, -0.02, -0.51) - eye);
-    let rim = row(Vec3::new(0.0, -0.012, -0.51) - eye);
-    assert!(foot - rim > 0.2 && foot.floor() == rim.floor());
-    let picture = draw(&frame, |ray| {
-        let distance = row(ray) - foot;
-        if distance >= 0.0 {
-            let code = ((distance * 126.0) as u32).min(FAR);
-            hit(
-                CLASS_FLOOR,
-                1,
-                up(-0.02, ray).length(),
-                Vec3::Y,
-                code | 48 << 7,
-            )
-        } else {
-            let slope = Vec3::new(0.0, 1.0, 1.0).normalize();
-            let bevel = hit(CLASS_BEVEL, 1, up(-0.008, ray).length(), slope, FAR);
-            at_depth(bevel, 0.4)
+    for (place, is_opposite) in [(-0.51, false), (-0.507, true)] {
+        let foot = row(Vec3::new(0.0, -0.02, place) - eye);
+        let rim = row(Vec3::new(0.0, -0.012, place) - eye);
+        assert!(foot - rim > 0.2 && foot.floor() == rim.floor());
+        let code = |pixels: f32| ((pixels * 126.0) as u32).min(FAR);
+        let picture = draw(&frame, |ray| {
+            let distance = row(ray) - foot;
+            if distance >= 0.0 {
+                let edge = if is_opposite {
+                    code(1.2 - distance) | 16 << 7
+                } else {
+                    code(distance) | 48 << 7
+                };
+                hit(CLASS_FLOOR, 1, up(-0.02, ray).length(), Vec3::Y, edge)
+            } else if row(ray) < foot.floor() - 0.5 {
+                hit(CLASS_CAP, 1, up(0.0, ray).length(), Vec3::Y, FAR)
+            } else {
+                let slope = Vec3::new(0.0, 1.0, 1.0).normalize();
+                // At two thirds of the way from its cap to the rim.
+                let edge = code(2.0 * (rim - row(ray))) | 48 << 7;
+                let t = up(-0.008, ray).length();
+                at_depth(hit(CLASS_BEVEL, 1, t, slope, edge), 0.4)
+            }
+        });
+        let mut width = 0.0;
+        for y in 0..SIDE {
+            let found = division(&materials, &frame, &picture, 4, y);
+            width += all_between(&found);
+            if all_between(&found) > 0.0 {
+                let (share, direction, hit) =
+                    part_between(&materials, &frame, &picture, (4, y), false);
+                assert_eq!((share, hit.class), (1.0, CLASS_WALL));
+                assert!(hit.normal.dot(Vec3::Z) > 0.99, "{}", hit.normal);
+                // Half way up the wall, at the place where it is seen.
+                let place = eye + direction * hit.t;
+                assert!((place.y + 0.016).abs() < 2e-3, "{place}");
+            }
         }
-    });
-    let mut width = 0.0;
-    for y in 0..SIDE {
-        let found = division(&materials, &frame, &picture, 4, y);
-        width += all_between(&found);
-        if all_between(&found) > 0.0 {
-            let (share, direction, hit) = part_between(&materials, &frame, &picture, (4, y), false);
-            assert_eq!((share, hit.class), (1.0, CLASS_WALL));
-            assert!(hit.normal.dot(Vec3::Z) > 0.99, "{}", hit.normal);
-            // Half way up the wall, at the place where it is seen.
-            let place = eye + direction * hit.t;
-            assert!((place.y + 0.016).abs() < 2e-3, "{place}");
-        }
+        assert!((width - (foot - rim)).abs() < 0.02, "{width} {foot} {rim}");
     }
-    assert!((width - (foot - rim)).abs() < 0.02, "{width} {foot} {rim}");
 }
