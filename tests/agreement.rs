@@ -14,8 +14,9 @@ use relievo_tests::{Renderers, coarsen_shadows, every_adapter, scenes};
 /// Required of the fast and the portable shaders; the exact ones must match
 /// every word.
 const LARGEST_SHARE: f64 = 0.05;
-/// Of scenes with materials and lights: each pixel has more to round.
-const LARGEST_LIT_SHARE: f64 = 0.3;
+/// Of scenes with materials and lights: each pixel has more to round, and between two levels of a picture
+/// all of them do.
+const LARGEST_LIT_SHARE: f64 = 0.45;
 const LARGEST_COLOR_DIFFERENCE: f32 = 1e-3;
 /// Pixels of scenes with materials and lights that may differ by more: at the border of a shadow, or
 /// between two cells of a pattern, the last bit decides.
