@@ -1,6 +1,7 @@
 //! Flicker, error and cost of a scene by distance: a camera that creeps, from near to far away.
 
 use crate::bench::Summary;
+use crate::edges::{REFERENCE, with_coverage};
 use crate::perceptual::difference;
 use relievo::Error;
 use relievo::picture::Picture;
@@ -12,8 +13,6 @@ use std::time::Instant;
 
 /// Distances, multiples of that of the scene's camera.
 pub const DISTANCES: [f64; 7] = [1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1000.0];
-/// Samples per pixel side of the reference.
-pub const REFERENCE: u32 = 16;
 /// How far the camera moves from frame to frame, pixels at its target.
 pub const STEP: f64 = 0.01;
 /// Least side of a picture, pixels.
@@ -28,6 +27,9 @@ pub struct Row {
     pub size: [u32; 2],
     /// Mean FLIP difference between frames, minus that of the reference.
     pub flicker: [f64; 2],
+    /// The same, between the first two frames, if each class has its exact share of a pixel in the colour of the
+    /// nearest sample: see [`Row::covered`](crate::edges::Row::covered).
+    pub covered: f64,
     /// Mean FLIP difference from 256 samples a pixel.
     pub error: [f64; 2],
     /// Median time of a frame over the number of pixels that hit something, microseconds.
@@ -56,6 +58,7 @@ pub fn measure(
         let mut error = [0.0; 2];
         let mut time = [0.0; 2];
         let mut first = Vec::new();
+        let mut samples = Vec::new();
         for (which, renderer) in renderers.iter_mut().enumerate() {
             let mut before: Option<Picture> = None;
             let mut times = Vec::new();
@@ -70,6 +73,9 @@ pub fn measure(
                     Some(before) => flicker[which] += difference(before, &picture),
                 }
                 before = Some(picture);
+                if which == 0 && step < 2 {
+                    samples.push(words);
+                }
             }
             flicker[which] /= f64::from(frames);
             let hits = renderer.statistics(&view.frame(0)).hits.max(1);
@@ -81,10 +87,13 @@ pub fn measure(
         let [start, end] = [0, 1].map(|step| {
             let frame = finer(&view.frame(step), REFERENCE);
             let words = renderers[0].color(&frame)?;
-            Picture::develop(&words, REFERENCE, &prepared[0].development)
+            let development = &prepared[0].development;
+            let covered = with_coverage(&words, &samples[step as usize], development)?;
+            Picture::develop(&words, REFERENCE, development).map(|picture| (picture, covered))
         });
-        let (start, end) = (start?, end?);
+        let ((start, covered_start), (end, covered_end)) = (start?, end?);
         let even = difference(&start, &end);
+        let covered = difference(&covered_start, &covered_end);
         for which in 0..2 {
             flicker[which] = (flicker[which] - even).max(0.0);
             error[which] = difference(&start, &first[which]);
@@ -93,6 +102,7 @@ pub fn measure(
             distance,
             size: view.size,
             flicker,
+            covered: (covered - even).max(0.0),
             error,
             time,
         });
@@ -189,6 +199,11 @@ mod tests {
         );
         assert!(
             small[0].error[0] > 2.0 * large[0].error[0],
+            "{large:?} {small:?}"
+        );
+        // Exact coverage flickers, too: the colours are those of single samples.
+        assert!(
+            small[0].covered > 0.1 * small[0].flicker[0],
             "{large:?} {small:?}"
         );
         // As many pixels as fit into 48 × 36 at this distance, and at least 16.

@@ -99,7 +99,7 @@ fn divided(words: &ColorWords, factor: u32) -> Vec<bool> {
 
 /// Returns the picture in which each of the samples in `words` has the colour of the nearest one of the fewer `samples`
 /// that shows its class, among the one that it lies in and those around that, if there is one.
-fn with_coverage(
+pub(crate) fn with_coverage(
     words: &ColorWords,
     samples: &ColorWords,
     development: &Development,

@@ -216,10 +216,11 @@ pub fn distance(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
     say(format_args!(
         "on the CPU, each number without and with smooth edges\n\
          flicker: FLIP between frames of a camera that moves by {} pixels a frame, minus that of {samples} samples a pixel\n\
+         in brackets: flicker with exact coverage, each class in the colour of the nearest sample\n\
          error: FLIP from {samples} samples a pixel\n\
          time: microseconds per pixel with a hit",
         distance::STEP,
-        samples = distance::REFERENCE.pow(2)
+        samples = edges::REFERENCE.pow(2)
     ))?;
     for path in &arguments.scenes {
         let [plain, smooth] = without_and_with_smooth_edges(path, arguments)?;
@@ -237,8 +238,8 @@ pub fn distance(arguments: &BenchSceneArguments) -> anyhow::Result<()> {
             let [error, smooth_error] = row.error;
             let [time, smooth_time] = row.time;
             say(format_args!(
-                "  {:>5} times as far, {width} × {height}: flicker {flicker:.5} {smooth_flicker:.5}, error {error:.4} {smooth_error:.4}, time {time:.2} {smooth_time:.2}",
-                row.distance
+                "  {:>5} times as far, {width} × {height}: flicker {flicker:.5} {smooth_flicker:.5} ({:.5}), error {error:.4} {smooth_error:.4}, time {time:.2} {smooth_time:.2}",
+                row.distance, row.covered
             ))?;
         }
     }
