@@ -8,6 +8,7 @@ use relievo::scene::Scene;
 use relievo::verify::{Agreement, compare};
 use relievo_shared::layout::Frame;
 use relievo_shared::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE};
+use relievo_shared::shading::edges::lights;
 use relievo_shared::{Vec2, Vec3, kernels};
 use relievo_tests::{Renderers, coarsen_shadows, every_adapter, scenes};
 
@@ -40,11 +41,9 @@ impl Pictures {
     /// Returns the agreement with others, and the number of pixels whose colours are far apart.
     fn agreement(&self, other: &Pictures) -> (Agreement, usize) {
         let is_far = |(a, b): &(&[u32; 4], &[u32; 4])| {
-            let channels = a[..3].iter().zip(&b[..3]);
-            let mut differences =
-                channels.map(|(a, b)| (f32::from_bits(*a) - f32::from_bits(*b)).abs());
-            differences
-                .any(|difference| difference.is_nan() || difference > LARGEST_COLOR_DIFFERENCE)
+            let [(a, _), (b, _)] = [**a, **b].map(|words| lights(words.into()));
+            let difference = (a - b).abs().max_element();
+            difference.is_nan() || difference > LARGEST_COLOR_DIFFERENCE
         };
         let pixels = self.color.words.iter().zip(&other.color.words);
         let agreement = compare(

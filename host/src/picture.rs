@@ -230,6 +230,8 @@ fn srgb_byte(linear: f32) -> u8 {
 mod tests {
     use super::*;
     use crate::scene::Tone;
+    use relievo_shared::Vec3;
+    use relievo_shared::shading::edges::{Shares, light_words};
 
     #[test]
     fn bytes_survive_the_way_to_linear_light_and_back() {
@@ -288,6 +290,32 @@ mod tests {
         };
         let picture = Picture::develop(&down, 1, &Development::default()).unwrap();
         assert_eq!(picture.bytes[3..6], [188; 3]);
+    }
+
+    #[test]
+    fn what_lies_between_is_blended_after_the_tone_curve_and_not_given_to_neighbours() {
+        let shares = Shares {
+            is_down: false,
+            before: 0.0,
+            after: 0.0,
+            between: 0.5,
+        };
+        // Half of the first pixel is very bright; half of the second one is the first one's.
+        let code = shares.code(1);
+        let first = light_words(Vec3::ZERO, Vec3::splat(1000.0), code);
+        let buffer = ColorWords {
+            width: 2,
+            height: 1,
+            words: vec![[first.x, first.y, first.z, code], [0, 0, 0, 1 | 255 << 8]],
+        };
+        let development = Development {
+            tone: Tone::Agx,
+            ..Development::default()
+        };
+        let picture = Picture::develop(&buffer, 1, &development).unwrap();
+        assert!((187..=189).contains(&picture.bytes[0]), "{picture:?}");
+        assert_eq!(picture.bytes[3..], [0; 3]);
+        assert_eq!(buffer.rgb(0, 0), [0.0; 3]);
     }
 
     #[test]

@@ -1,7 +1,8 @@
 //! Pictures as words: the bits of f32, which are compared exactly.
 
+use relievo_shared::Vec3;
 use relievo_shared::normals::CLASS_MISS;
-use relievo_shared::shading::edges::from_code;
+use relievo_shared::shading::edges::{from_code, lights};
 
 /// Linear colours, as the bits of f32.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -10,17 +11,18 @@ pub struct ColorWords {
     pub width: u32,
     /// Height, pixels.
     pub height: u32,
-    /// (red, green, blue, class) of each pixel, rows from the top; with smooth edges the class
-    /// word also has the shares of neighbours
-    /// ([`from_code`](relievo_shared::shading::edges::from_code)).
+    /// (red, green, blue, class) of each pixel, rows from the top. With smooth edges the class word also has the
+    /// shares of neighbours and of what lies between
+    /// ([`from_code`](relievo_shared::shading::edges::from_code)), whose light the other words have beside the
+    /// pixel's own ([`lights`](relievo_shared::shading::edges::lights)).
     pub words: Vec<[u32; 4]>,
 }
 
 impl ColorWords {
-    /// Returns the linear RGB of a pixel.
+    /// Returns the linear RGB of the surface that a pixel hits.
     pub fn rgb(&self, x: u32, y: u32) -> [f32; 3] {
-        let [r, g, b, _] = self.pixel(x, y);
-        [r, g, b].map(f32::from_bits)
+        let (own, _) = lights(self.pixel(x, y).into());
+        own.to_array()
     }
 
     /// Returns the words of a pixel.
@@ -30,21 +32,30 @@ impl ColorWords {
 
     /// Calls `visit` with each part of a pixel: its linear RGB, its class, and its share.
     ///
-    /// Without smooth edges a pixel has one part; with them, parts are those of its neighbours.
+    /// Without smooth edges a pixel has one part; with them, parts are what lies between it and its neighbours, which
+    /// counts as its class, and those of the neighbours.
     pub fn parts(&self, x: u32, y: u32, mut visit: impl FnMut([f32; 3], u32, f32)) {
-        let mut part = |[r, g, b, word]: [u32; 4], share: f32| {
-            let (class, _) = from_code(word);
-            visit([r, g, b].map(f32::from_bits), class, share);
+        let mut part = |light: Vec3, word: u32, share: f32| {
+            if share > 0.0 {
+                visit(light.to_array(), from_code(word).0, share);
+            }
         };
         let own = self.pixel(x, y);
         let (_, shares) = from_code(own[3]);
-        part(own, 1.0 - shares.before - shares.after);
+        let (light, between) = lights(own.into());
+        let share = 1.0 - shares.before - shares.after;
+        part(light, own[3], share * (1.0 - shares.between));
+        part(between, own[3], share * shares.between);
         let (dx, dy) = if shares.is_down { (0, 1) } else { (1, 0) };
+        let mut neighbor = |x: u32, y: u32, share: f32| {
+            let words = self.pixel(x, y);
+            part(lights(words.into()).0, words[3], share);
+        };
         if shares.before > 0.0 {
-            part(self.pixel(x - dx, y - dy), shares.before);
+            neighbor(x - dx, y - dy, shares.before);
         }
         if shares.after > 0.0 {
-            part(self.pixel(x + dx, y + dy), shares.after);
+            neighbor(x + dx, y + dy, shares.after);
         }
     }
 }

@@ -18,7 +18,7 @@
 
 use crate::render::{ColorWords, GeometryWords};
 use relievo_bitwise::{Batch, Tally};
-use relievo_shared::shading::edges::from_code;
+use relievo_shared::shading::edges::{from_code, lights};
 
 /// Names of the words of a pixel of [`ColorWords`].
 pub const COLOR_NAMES: [&str; 4] = ["red", "green", "blue", "class"];
@@ -81,11 +81,15 @@ pub fn compare(color: [&ColorWords; 2], geometry: [&GeometryWords; 2]) -> Agreem
         ..Agreement::default()
     };
     for (gpu, cpu) in gpu.words.iter().zip(&cpu.words) {
-        agreement.class_pixels += usize::from(from_code(gpu[3]).0 != from_code(cpu[3]).0);
-        for channel in 0..3 {
-            let difference = (f32::from_bits(gpu[channel]) - f32::from_bits(cpu[channel])).abs();
-            agreement.largest_color_difference =
-                larger(agreement.largest_color_difference, difference);
+        let [(gpu_class, gpu_shares), (cpu_class, cpu_shares)] = [gpu[3], cpu[3]].map(from_code);
+        agreement.class_pixels += usize::from(gpu_class != cpu_class);
+        let [gpu, cpu] = [(*gpu).into(), (*cpu).into()].map(lights);
+        let between = gpu.1 * gpu_shares.between - cpu.1 * cpu_shares.between;
+        for difference in [gpu.0 - cpu.0, between] {
+            for channel in difference.to_array() {
+                agreement.largest_color_difference =
+                    larger(agreement.largest_color_difference, channel.abs());
+            }
         }
     }
     let [gpu, cpu] = geometry;

@@ -77,13 +77,36 @@ fn first_words(at: vec2<i32>, is_left: bool) -> vec4<u32> {
     return textureLoad(right_0, at, 0);
 }
 
-// Returns the colour of a pixel without its neighbours'.
+// Returns the light in half words, as relievo_shared::shading::edges has them.
+fn from_halves(words: vec3<u32>) -> vec3<f32> {
+    let codes = words & vec3(0xffffu);
+    return select(bitcast<vec3<f32>>((codes + vec3(95u << 10u)) << vec3(13u)), vec3(0.0), codes == vec3(0u));
+}
+
+// Returns the colour of what a pixel hits.
 fn developed(words: vec4<u32>) -> vec3<f32> {
+    if (words.w >> 25u) != 0u {
+        return tone(from_halves(words.xyz));
+    }
     let light = bitcast<vec3<f32>>(words.xyz);
     // The background keeps its colour.
     if (words.w & 255u) == 0u {
         return light;
     }
+    return tone(light);
+}
+
+// Returns the colour of a pixel without its neighbours', but with what lies between it and them.
+fn developed_with_between(words: vec4<u32>) -> vec3<f32> {
+    let between = words.w >> 25u;
+    let own = developed(words);
+    if between == 0u {
+        return own;
+    }
+    return mix(own, tone(from_halves(words.xyz >> vec3(16u))), f32(between) / 127.0);
+}
+
+fn tone(light: vec3<f32>) -> vec3<f32> {
     if present.is_agx != 0u {
         return agx(light * present.gain);
     }
@@ -99,7 +122,7 @@ fn shown(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
         // The shares of neighbours, as relievo_shared::shading::edges has them.
         let shares = vec2<f32>(vec2(first.w >> 8u, first.w >> 16u) & vec2(255u)) / 510.0;
         let along = select(vec2(1, 0), vec2(0, 1), (first.w & (1u << 24u)) != 0u);
-        var light = developed(first) * (1.0 - shares.x - shares.y);
+        var light = developed_with_between(first) * (1.0 - shares.x - shares.y);
         if shares.x > 0.0 {
             light += developed(first_words(at - along, is_left)) * shares.x;
         }

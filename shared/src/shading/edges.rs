@@ -12,15 +12,17 @@
 //! crosses both meets the other one at a flatter angle.
 
 mod between;
+mod code;
 mod ends;
 mod inside;
 pub(super) mod pixel;
 mod stairs;
 
 pub use between::{Part, between};
+pub use code::{Shares, from_code, light_words, lights};
 
 use super::Tables;
-use crate::arithmetic::clamp;
+use crate::arithmetic::{div, max};
 use crate::gbuffer::Hits;
 use crate::layout::{Frame, vec3};
 use crate::normals::{CLASS_BEVEL, CLASS_FLOOR};
@@ -48,13 +50,6 @@ const WHOLE: Division = Division {
     before: NONE,
     after: NONE,
 };
-
-/// Steps of a share in its code.
-const SHARES: Real = 510.0;
-/// Places of the codes of `before` and `after` above the class, and the flag `is_down`.
-const BEFORE: u32 = 8;
-const AFTER: u32 = 16;
-const IS_DOWN: u32 = 1 << 24;
 
 /// Returns how pixel (`x`, `y`) of `frame` is divided.
 #[inline]
@@ -174,13 +169,16 @@ fn ray_step(frame: &Frame, step: IVec2) -> Vec3 {
 }
 
 impl Division {
-    /// Returns the shares of the neighbours.
+    /// Returns the shares of the neighbours, and of what lies between.
     #[inline]
     pub fn shares(&self) -> Shares {
+        let (before, after) = (self.before.beyond(), self.after.beyond());
+        let [first, second] = self.between();
         Shares {
             is_down: self.first != 0,
-            before: self.before.beyond(),
-            after: self.after.beyond(),
+            before,
+            after,
+            between: div(first + second, max(1.0 - before - after, 1e-3)),
         }
     }
 
@@ -197,40 +195,6 @@ impl Division {
         let [before, after] = self.between();
         self.before.beyond() + self.after.beyond() + before + after
     }
-}
-
-/// The shares of neighbours in the class word of a pixel.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Shares {
-    /// Whether they are those of the neighbours above and below, rather than to the left and right.
-    pub is_down: bool,
-    /// Share of the neighbour to the left or above, 0…½.
-    pub before: Real,
-    /// Share of the one to the right or below, 0…½.
-    pub after: Real,
-}
-
-impl Shares {
-    /// Returns the class word of a pixel with these shares.
-    #[inline]
-    pub fn code(&self, class: u32) -> u32 {
-        let share = |x: Real| (clamp(x, 0.0, 0.5) * SHARES + 0.5) as u32;
-        let axis = if self.is_down { IS_DOWN } else { 0 };
-        class | share(self.before) << BEFORE | share(self.after) << AFTER | axis
-    }
-}
-
-/// Returns the class in a class word, and the shares of the neighbours.
-#[inline]
-pub fn from_code(word: u32) -> (u32, Shares) {
-    const SHARE: Real = 1.0 / 510.0;
-    let share = |place: u32| ((word >> place) & 0xff) as i32 as Real * SHARE;
-    let shares = Shares {
-        is_down: word & IS_DOWN != 0,
-        before: share(BEFORE),
-        after: share(AFTER),
-    };
-    (word & 0xff, shares)
 }
 
 #[cfg(test)]

@@ -7,10 +7,10 @@ use crate::shape_map::Texels;
 use crate::{Real, Vec2};
 use glam::Vec4;
 
-/// The spread of a lookup is this, and `SPREAD` times the area of what the pixel covers, texels².
+// The spread of a lookup is `FIRST`, and `SPREAD` times the area of what the pixel covers, texels². With 1 / 3 for
+// `SPREAD`, a lookup has the variance of a pixel's mean. It has more weight far out than that mean, so that
+// somewhat less differs least from many samples.
 const FIRST: Real = 0.98;
-/// With 1 / 3, a lookup has the variance of a pixel's mean. It has more weight far out than that mean, so that
-/// somewhat less differs least from many samples.
 const SPREAD: Real = 0.25;
 /// Largest number of places at which a picture is looked up along a pixel.
 const MOST_PLACES: Real = 8.0;

@@ -13,7 +13,7 @@ mod grooves;
 
 pub use grooves::MOST;
 
-use super::edges::{Shares, from_code};
+use super::edges::{Shares, from_code, lights};
 use super::image::{Footprint, sample_over};
 use super::layout::{Light, Lighting};
 use super::lights::{self, Incoming};
@@ -123,15 +123,14 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     if weight > 0.0 {
         let mean = kept3(mean);
         check3(mean);
-        let own = Vec3::new(
-            f32::from_bits(found.x),
-            f32::from_bits(found.y),
-            f32::from_bits(found.z),
-        );
-        let own_weight = (1.0 - weight) * mixed(lighting, own);
+        let (own, between) = lights(found);
+        let (_, shares) = from_code(found.w);
+        let left = 1.0 - weight;
+        let own_weight = left * (1.0 - shares.between) * mixed(lighting, own);
+        let between_weight = left * shares.between * mixed(lighting, between);
         let mean_weight = weight * mixed(lighting, mean);
-        let total = div(1.0, own_weight + mean_weight);
-        let rgb = kept3((own * own_weight + mean * mean_weight) * total);
+        let total = div(1.0, own_weight + between_weight + mean_weight);
+        let rgb = kept3((own * own_weight + between * between_weight + mean * mean_weight) * total);
         let code = faded(tables, frame, hits, at, found.w, 1.0 - weight);
         UVec4::new(word(rgb.x), word(rgb.y), word(rgb.z), code)
     } else {
@@ -205,6 +204,7 @@ fn faded<T: Tables + ?Sized, H: Hits + ?Sized>(
     let shares = Shares {
         before: share(shares.before, false),
         after: share(shares.after, true),
+        between: 0.0,
         ..shares
     };
     shares.code(class)

@@ -16,7 +16,7 @@ pub mod shadow_map;
 
 pub use layout::{Chart, FacetMaterial, Finish, Image, Light, Lighting, Material, ShadowMap};
 
-use crate::arithmetic::{clamp, div, kept3, max};
+use crate::arithmetic::{div, kept3, max};
 use crate::camera::pixel_ray;
 use crate::contract::check3;
 use crate::gbuffer::{self, Hits, Sample};
@@ -26,7 +26,7 @@ use crate::shape_map::Texels;
 use crate::trace::word;
 use crate::{Real, Vec3};
 use brdf::Reflector;
-use glam::UVec4;
+use glam::{UVec3, UVec4};
 
 /// What shading reads: storage buffers, or slices. The words are those of pictures, of the
 /// environment and of shadow maps.
@@ -61,8 +61,9 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     color_words(rgb, class)
 }
 
-/// Returns the words of pixel (`x`, `y`) for smooth edges: as [`words`], where the class word
-/// also has the shares of its neighbours ([`edges::from_code`]). Hits know the mesh. Black where only the
+/// Returns the words of pixel (`x`, `y`) for smooth edges: as [`words`], where the class word also has the shares of
+/// its neighbours and of what lies between ([`edges::from_code`]), whose light is beside its own
+/// ([`edges::lights`]). Hits know the mesh. Black where only the
 /// [`mean`](mean::words) is seen: where hits say so, or `is_mean_only`.
 #[inline]
 pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
@@ -75,60 +76,74 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
 ) -> UVec4 {
     let class = hits.sample(x, y).class;
     let division = edges::division(tables, frame, hits, x, y);
-    let shares = division.shares();
-    let (rgb, code) = if class == CLASS_MISS {
+    if class == CLASS_MISS {
         let (rgb, class) = missed(tables, lighting, pixel_ray(frame, x, y));
-        (rgb, shares.code(class))
-    } else {
-        // Before the rest: it takes fewer registers than the shares.
-        let code = shares.code(class);
-        let own = 1.0 - shares.before - shares.after;
-        let inverse = div(1.0, max(own, 1e-3));
-        let [before, after] = division.between();
-        let between = clamp((before + after) * inverse, 0.0, 1.0);
-        let (mut rgb, mut total) = (Vec3::ZERO, 0.0);
-        // A bit for each part: the hit, and a side and the floor between it and its neighbours.
-        let mut parts = 0;
-        if !is_mean_only && !gbuffer::is_mean_only(hits.words(x, y).1) {
-            parts = 0b00001;
-            if before > 0.0 {
-                parts |= 0b00110;
-            }
-            if after > 0.0 {
-                parts |= 0b11000;
-            }
+        let shares = edges::Shares {
+            between: 0.0,
+            ..division.shares()
+        };
+        return color_words(rgb, shares.code(class));
+    }
+    // Before the rest: it takes fewer registers than the shares.
+    let code = division.shares().code(class);
+    let [before, after] = division.between();
+    // The bits of the sum of the light between, and at last the words of all light: one after the other in
+    // the same registers.
+    let (mut words, mut total) = (UVec3::ZERO, 0.0);
+    // A bit for each part: a side and the floor between it and its neighbours, and at last the hit.
+    let mut parts = 0;
+    if !is_mean_only && !gbuffer::is_mean_only(hits.words(x, y).1) {
+        parts = 0b10000;
+        if before > 0.0 {
+            parts |= 0b00011;
         }
-        // Written once, and in the shader once, since compilers do not unroll a loop whose end they do not know. All
-        // invocations count alike: which part it is takes no registers.
-        let mut part = 0;
-        while parts != 0 {
-            if parts & 1 != 0 {
-                let (share, ray, hit) = if part == 0 {
-                    // Read again, so that it takes no registers meanwhile.
-                    let ray = pixel_ray(frame, x, y);
-                    (1.0 - between, ray, hits.sample_on_mesh(x, y))
-                } else {
-                    let part = edges::Part {
-                        is_after: part > 2,
-                        is_floor: part & 1 == 0,
-                    };
-                    let (share, ray, hit) =
-                        edges::between(tables, frame, hits, (x, y), &division, part);
-                    (share * inverse, ray, hit)
+        if after > 0.0 {
+            parts |= 0b01100;
+        }
+    }
+    // Written once, and in the shader once, since compilers do not unroll a loop whose end they do not know. All
+    // invocations count alike: which part it is takes no registers.
+    let mut part = 0;
+    while parts != 0 {
+        if parts & 1 != 0 {
+            let is_own = part == 4;
+            let (share, ray, hit) = if is_own {
+                // Read again, so that it takes no registers meanwhile.
+                let ray = pixel_ray(frame, x, y);
+                (1.0, ray, hits.sample_on_mesh(x, y))
+            } else {
+                let part = edges::Part {
+                    is_after: part > 1,
+                    is_floor: part & 1 == 1,
                 };
-                if share > 0.0 {
-                    let light = shade(tables, frame, lighting, ray, &hit);
+                edges::between(tables, frame, hits, (x, y), &division, part)
+            };
+            if share > 0.0 {
+                let light = shade(tables, frame, lighting, ray, &hit);
+                let sum = Vec3::new(
+                    f32::from_bits(words.x),
+                    f32::from_bits(words.y),
+                    f32::from_bits(words.z),
+                );
+                if is_own {
+                    let between = if total > 0.0 {
+                        sum * div(1.0, total)
+                    } else {
+                        light
+                    };
+                    words = edges::light_words(light, between, code);
+                } else {
                     let weight = share * mixed(lighting, light);
-                    rgb += light * weight;
+                    let sum = sum + light * weight;
+                    words = UVec3::new(word(sum.x), word(sum.y), word(sum.z));
                     total += weight;
                 }
             }
-            parts >>= 1;
-            part += 1;
         }
-        (rgb * div(1.0, max(total, 1e-12)), code)
-    };
-    color_words(rgb, code)
+        parts >>= 1;
+        part += 1;
+    }
+    UVec4::new(words.x, words.y, words.z, code)
 }
 
 /// Returns the linear RGB and the class of a pixel without a hit.

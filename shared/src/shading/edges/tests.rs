@@ -160,12 +160,50 @@ proptest! {
     }
 
     #[test]
-    fn shares_survive_their_code(before in 0.0f32..0.5, after in 0.0f32..0.5, is_down: bool) {
-        let (class, shares) = from_code(Shares { is_down, before, after }.code(CLASS_FLOOR));
-        prop_assert_eq!((class, shares.is_down), (CLASS_FLOOR, is_down));
-        prop_assert!((shares.before - before).abs() < 1e-3);
-        prop_assert!((shares.after - after).abs() < 1e-3);
+    fn shares_survive_their_code(
+        before in 0.0f32..0.5,
+        after in 0.0f32..0.5,
+        between in 0.0f32..1.0,
+        is_down: bool,
+    ) {
+        let shares = Shares { is_down, before, after, between };
+        let (class, found) = from_code(shares.code(CLASS_FLOOR));
+        prop_assert_eq!((class, found.is_down), (CLASS_FLOOR, is_down));
+        prop_assert!((found.before - before).abs() < 1e-3);
+        prop_assert!((found.after - after).abs() < 1e-3);
+        prop_assert!((found.between - between).abs() < 4e-3);
     }
+
+    #[test]
+    fn lights_survive_their_words(own in 1e-9f32..4e9, between in 1e-9f32..4e9, share in 0.01f32..1.0) {
+        let of = |between| Shares { is_down: true, before: 0.5, after: 0.0, between }.code(CLASS_FLOOR);
+        let light = |x: f32| Vec3::new(x, 0.5 * x, 0.0);
+        let read = |own: f32, between: f32, code| {
+            let words = light_words(light(own), light(between), code);
+            lights(UVec4::new(words.x, words.y, words.z, code))
+        };
+        // Bit for bit alone, else to 2⁻¹¹.
+        prop_assert_eq!(read(own, between, of(0.0)), (light(own), Vec3::ZERO));
+        let (found, found_between) = read(own, between, of(share));
+        for (found, right) in [(found, light(own)), (found_between, light(between))] {
+            let error = (found - right).abs();
+            prop_assert!(error.cmple(right * 5e-4).all(), "{found} {right}");
+        }
+    }
+}
+
+#[test]
+fn light_beyond_the_range_of_its_words_is_the_nearest_in_it() {
+    let code = Shares {
+        is_down: false,
+        before: 0.0,
+        after: 0.0,
+        between: 0.5,
+    }
+    .code(CLASS_CAP);
+    let words = light_words(Vec3::splat(1e17), Vec3::splat(1e-20), code);
+    let (own, between) = lights(UVec4::new(words.x, words.y, words.z, code));
+    assert!(own.x > 4.29e9 && own.x.is_finite() && between == Vec3::ZERO);
 }
 
 #[test]
