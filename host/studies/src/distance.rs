@@ -201,11 +201,8 @@ mod tests {
             small[0].error[0] > 2.0 * large[0].error[0],
             "{large:?} {small:?}"
         );
-        // Exact coverage flickers, too: the colours are those of single samples.
-        assert!(
-            small[0].covered > 0.1 * small[0].flicker[0],
-            "{large:?} {small:?}"
-        );
+        // Large flat letters hardly flicker with exact coverage.
+        assert!(large[0].covered < 0.1 * large[0].flicker[0], "{large:?}");
         // As many pixels as fit into 48 × 36 at this distance, and at least 16.
         let sizes: Vec<[u32; 2]> = large.iter().map(|row| row.size).collect();
         assert_eq!(sizes[..3], [[48, 36], [16, 12], [16, 12]]);
