@@ -5,10 +5,9 @@ use relievo::prepare::prepare;
 use relievo::render::gpu::{Adapter, Choice, Shaders, signature};
 use relievo::render::{ColorWords, CpuRenderer, GeometryWords, GpuRenderer, Renderer};
 use relievo::scene::Scene;
-use relievo::verify::{Agreement, compare};
+use relievo::verify::{Agreement, color_difference, compare};
 use relievo_shared::layout::Frame;
 use relievo_shared::march::{END_CAP, END_FLOOR, END_MISS, END_SIDE};
-use relievo_shared::shading::edges::lights;
 use relievo_shared::{Vec2, Vec3, kernels};
 use relievo_tests::{Renderers, coarsen_shadows, every_adapter, scenes};
 
@@ -40,11 +39,8 @@ impl Pictures {
 
     /// Returns the agreement with others, and the number of pixels whose colours are far apart.
     fn agreement(&self, other: &Pictures) -> (Agreement, usize) {
-        let is_far = |(a, b): &(&[u32; 4], &[u32; 4])| {
-            let [(a, _), (b, _)] = [**a, **b].map(|words| lights(words.into()));
-            let difference = (a - b).abs().max_element();
-            difference.is_nan() || difference > LARGEST_COLOR_DIFFERENCE
-        };
+        let is_far =
+            |(a, b): &(&[u32; 4], &[u32; 4])| color_difference(**a, **b) > LARGEST_COLOR_DIFFERENCE;
         let pixels = self.color.words.iter().zip(&other.color.words);
         let agreement = compare(
             [&self.color, &other.color],

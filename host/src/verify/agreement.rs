@@ -81,16 +81,11 @@ pub fn compare(color: [&ColorWords; 2], geometry: [&GeometryWords; 2]) -> Agreem
         ..Agreement::default()
     };
     for (gpu, cpu) in gpu.words.iter().zip(&cpu.words) {
-        let [(gpu_class, gpu_shares), (cpu_class, cpu_shares)] = [gpu[3], cpu[3]].map(from_code);
-        agreement.class_pixels += usize::from(gpu_class != cpu_class);
-        let [gpu, cpu] = [(*gpu).into(), (*cpu).into()].map(lights);
-        let between = gpu.1 * gpu_shares.between - cpu.1 * cpu_shares.between;
-        for difference in [gpu.0 - cpu.0, between] {
-            for channel in difference.to_array() {
-                agreement.largest_color_difference =
-                    larger(agreement.largest_color_difference, channel.abs());
-            }
-        }
+        agreement.class_pixels += usize::from(from_code(gpu[3]).0 != from_code(cpu[3]).0);
+        agreement.largest_color_difference = larger(
+            agreement.largest_color_difference,
+            color_difference(*gpu, *cpu),
+        );
     }
     let [gpu, cpu] = geometry;
     assert_eq!((gpu.width, gpu.height), (cpu.width, cpu.height));
@@ -107,6 +102,17 @@ pub fn compare(color: [&ColorWords; 2], geometry: [&GeometryWords; 2]) -> Agreem
         }
     }
     agreement
+}
+
+/// Returns the largest difference of a linear colour channel between two pixels of [`ColorWords`], of what they hit
+/// and of what lies between them and their neighbours, which counts by its share. Infinite if one is NaN.
+pub fn color_difference(a: [u32; 4], b: [u32; 4]) -> f32 {
+    let [a, b] = [a, b].map(|words| {
+        let (own, between) = lights(words.into());
+        [own, between * from_code(words[3]).1.between]
+    });
+    let channels = a.iter().zip(b).flat_map(|(a, b)| (*a - b).to_array());
+    channels.fold(0.0, |largest, channel| larger(largest, channel.abs()))
 }
 
 /// Returns place and surface of each pixel in turn.

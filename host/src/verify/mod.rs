@@ -27,6 +27,6 @@ pub mod matrix;
 pub mod report;
 pub mod tested;
 
-pub use agreement::{Agreement, compare};
+pub use agreement::{Agreement, color_difference, compare};
 pub use report::{AdapterReport, ModuleReport, PictureReport, Report};
 pub use tested::Tested;
