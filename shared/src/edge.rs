@@ -1,9 +1,10 @@
 //! The edge that a hit knows: where its surface ends on the picture, for smooth edges.
 //!
 //! A cap ends at its outline, a floor at the foot of the sides, and a side at the cap. The
-//! distance map tells how far that is, and the tangent plane how many pixels that are.
+//! distance map tells how far that is, and the tangent plane how many pixels that are. A side that is wider than a
+//! pixel tells near its foot how far that is, from which its depth tells how far the cap is.
 
-use crate::arithmetic::{abs, clamp, div, kept, kept3, max, normalize_or, sqrt};
+use crate::arithmetic::{abs, clamp, div, kept, kept3, max, min, normalize_or, sqrt};
 use crate::camera::on_plane;
 use crate::model::{Hit, Normals, Ray};
 use crate::normals::{CLASS_CAP, CLASS_FLOOR};
@@ -24,7 +25,7 @@ const TURNS: Real = 16.0;
 /// The edge of a surface on the picture, taken for straight.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Edge {
-    /// Whether it is at most a pixel away; the rest is meaningless if not.
+    /// Whether it, or the foot of a side, is at most a pixel away; the rest is meaningless if not.
     pub is_near: bool,
     /// Distance from the pixel's centre, pixels.
     pub distance: Real,
@@ -33,7 +34,8 @@ pub struct Edge {
 }
 
 /// Returns the codes of the distance and of the direction of the edge of a hit with these
-/// `normals`. `distance` and `gradient` are those of the map there, and `slopes` are ∇u and ∇v.
+/// `normals`, and whether the distance is that to the foot of a side instead, which is nearer.
+/// `distance` and `gradient` are those of the map there, and `slopes` are ∇u and ∇v.
 #[inline]
 pub fn codes(
     ray: &Ray<'_>,
@@ -42,16 +44,16 @@ pub fn codes(
     distance: Real,
     gradient: Vec2,
     slopes: [Vec3; 2],
-) -> (u32, u32) {
+) -> (u32, u32, bool) {
     let Ray {
         frame,
         object,
         direction,
     } = *ray;
-    let normal = normals.carved;
-    // How far the edge is, in any unit, and how that changes in space.
+    let mut normal = normals.carved;
+    // How far the edge and the foot are, in any unit, and how that changes in space.
     let is_cap = hit.class == CLASS_CAP;
-    let (distance, gradient) = if is_cap || hit.class == CLASS_FLOOR {
+    let (distance, to_foot, gradient) = if is_cap || hit.class == CLASS_FLOOR {
         let profile = Profile::new(object);
         let (to_edge, sign) = if is_cap {
             (-profile.upright_gap(distance), -1.0)
@@ -62,9 +64,19 @@ pub fn codes(
         let away = normalize_or(Vec2::new(kept(gradient.x), kept(gradient.y)), Vec2::X);
         let [width, height] = object.map_size;
         let slope = away * Vec2::new(width, height) * sign;
-        (to_edge, slopes[0] * slope.x + slopes[1] * slope.y)
+        let along = slopes[0] * slope.x + slopes[1] * slope.y;
+        (to_edge, to_edge, along)
     } else {
-        (hit.depth_fraction * object.depth, -normals.smooth)
+        let smooth = normals.smooth;
+        // Where the map's differences reach over the middle of a groove they are too small, and tilt the normal.
+        let missing = 1.0 - min(sqrt(kept(gradient.dot(gradient))), 1.0);
+        normal = kept3(normal - smooth * (kept(smooth.dot(normal)) * missing));
+        let below = 1.0 - hit.depth_fraction;
+        (
+            hit.depth_fraction * object.depth,
+            below * object.depth,
+            -smooth,
+        )
     };
     let gradient = kept3(gradient);
     // How it changes from pixel to pixel on the tangent plane.
@@ -72,10 +84,16 @@ pub fn codes(
     let change = |side: Vec3| kept(gradient.dot(kept3(side)));
     let towards = -Vec2::new(change(right), change(down));
     let rate = sqrt(kept(towards.dot(towards)));
-    let pixels = max(div(kept(distance), max(rate, 1e-12)), 0.0);
+    let inverse = div(1.0, max(rate, 1e-12));
+    let mut pixels = kept(distance) * inverse;
+    let is_to_foot = pixels > 1.0;
+    if is_to_foot {
+        pixels = kept(to_foot) * inverse;
+    }
     let steps = (clamp(pixels, 0.0, 2.0) * STEPS + 0.5) as u32;
     let steps = if steps < FAR_AWAY { steps } else { FAR_AWAY };
-    (steps, turn_of(towards))
+    let is_to_foot = is_to_foot && steps < FAR_AWAY;
+    (steps, turn_of(towards), is_to_foot)
 }
 
 /// Returns the code of a direction: its place on the square |x| + |y| = 1.
@@ -109,6 +127,18 @@ impl Edge {
             direction: from_turn(direction),
         }
     }
+
+    /// Returns the edge of a side at `depth_fraction`, whose distance is that to its foot. The rest of the depth
+    /// is at least `least`.
+    #[inline]
+    pub fn from_foot(&self, depth_fraction: Real, least: Real) -> Edge {
+        const LEAST: Real = 0.5 / 126.0;
+        let inverse = div(1.0, max(1.0 - depth_fraction, least));
+        Edge {
+            distance: max(self.distance, LEAST) * depth_fraction * inverse,
+            ..*self
+        }
+    }
 }
 
 #[cfg(test)]
@@ -117,7 +147,7 @@ mod tests {
     use super::*;
     use crate::camera::tests::frame;
     use crate::layout::Object;
-    use crate::normals::CLASS_WALL;
+    use crate::normals::CLASS_BEVEL;
     use proptest::prelude::*;
 
     proptest! {
@@ -130,12 +160,26 @@ mod tests {
         }
     }
 
-    /// Returns the edge at `x` of a plane z = −2 with 4 texels a unit, seen from 0, whose pattern
-    /// ends at 0.5.
+    /// Normal of a side that falls by 4 units for 3 to the right.
+    const SIDE: Vec3 = Vec3::new(0.8, 0.0, 0.6);
+
     fn found(class: u32, depth_fraction: f32, x: f32) -> Edge {
+        let (distance, direction, _) = codes_at(class, 0.1, depth_fraction, x, 0.3);
+        Edge::from_codes(distance, direction)
+    }
+
+    /// Returns the codes of the edge at `x` of a plane z = −2 with 4 texels a unit, seen from 0, whose pattern
+    /// ends at 0.5 and whose map changes by `steepness` a texel.
+    fn codes_at(
+        class: u32,
+        depth: f32,
+        depth_fraction: f32,
+        x: f32,
+        steepness: f32,
+    ) -> (u32, u32, bool) {
         let object = Object {
             map_size: [4.0, 4.0],
-            depth: 0.1,
+            depth,
             ..Object::default()
         }
         .complete();
@@ -158,19 +202,18 @@ mod tests {
             layer: 0,
         };
         let carved = match class {
-            CLASS_WALL => Vec3::new(0.8, 0.0, 0.6),
+            // As the map has it.
+            CLASS_BEVEL => Vec3::new(SIDE.x * steepness, 0.0, SIDE.z).normalize(),
             _ => Vec3::Z,
         };
         let normals = Normals {
             carved,
             smooth: Vec3::Z,
         };
-        // Short, as in the middle of a groove.
-        let gradient = Vec2::new(0.3, 0.0);
+        let gradient = Vec2::new(steepness, 0.0);
         let distance = 4.0 * (x - 0.5);
         let slopes = [Vec3::X, Vec3::Y];
-        let (distance, direction) = codes(&ray, &hit, &normals, distance, gradient, slopes);
-        Edge::from_codes(distance, direction)
+        codes(&ray, &hit, &normals, distance, gradient, slopes)
     }
 
     #[test]
@@ -187,13 +230,41 @@ mod tests {
 
     #[test]
     fn a_side_ends_at_the_cap() {
-        // It falls by 4 units for 3 to the right, and the ray is straight: 0.06 units down are
-        // 0.045 to the right, 0.18 pixels, where the cap is to the left.
-        let side = found(CLASS_WALL, 0.6, 0.5);
+        // The ray is straight: 0.06 units down are 0.045 to the right, 0.18 pixels, where the cap is to the
+        // left. In the middle of a groove, where the map changes less, too.
+        for steepness in [1.0, 0.3] {
+            let (distance, direction, is_to_foot) = codes_at(CLASS_BEVEL, 0.1, 0.6, 0.5, steepness);
+            let side = Edge::from_codes(distance, direction);
+            assert!(!is_to_foot && side.is_near);
+            assert!((side.distance - 0.18).abs() < 0.01, "{side:?}");
+            assert_eq!(side.direction, Vec2::NEG_X);
+        }
+    }
+
+    #[test]
+    fn a_side_whose_foot_is_nearer_knows_how_far_that_is() {
+        // A tenth of 0.5 units down is 0.15 pixels, the rest 1.35.
+        let (distance, direction, is_to_foot) = codes_at(CLASS_BEVEL, 0.5, 0.9, 0.5, 1.0);
+        let foot = Edge::from_codes(distance, direction);
+        assert!(is_to_foot && foot.is_near);
+        assert!((foot.distance - 0.15).abs() < 0.01, "{foot:?}");
+        let side = foot.from_foot(0.9, 5e-4);
         assert!(
-            side.is_near && (side.distance - 0.18).abs() < 0.01,
+            side.is_near && (side.distance - 1.35).abs() < 0.05,
             "{side:?}"
         );
-        assert_eq!(side.direction, Vec2::NEG_X);
+        // Both are far away.
+        let (distance, _, is_to_foot) = codes_at(CLASS_BEVEL, 2.0, 0.5, 0.5, 1.0);
+        assert_eq!((distance, is_to_foot), (FAR_AWAY, false));
+        // At the foot something is left.
+        assert!(
+            Edge {
+                distance: 0.0,
+                ..foot
+            }
+            .from_foot(1.0, 5e-4)
+            .distance
+                > 1.0
+        );
     }
 }

@@ -2,7 +2,7 @@
 //! computes its colour when all objects are drawn.
 //!
 //! ```text
-//! place    t  u  v  δ (16 bits), world units per object unit (16 bits)
+//! place    t  u  v  δ (16 bits), world units per object unit (15 bits), flag of the edge
 //! surface  class, flags, finish, edge, openness  normal  tangent  facet, edge
 //! ```
 //!
@@ -49,6 +49,8 @@ const FINISH: (u32, u32) = (5, 0xfff);
 const EDGE: u32 = 17;
 /// Place of its direction, beside the facet.
 const EDGE_DIRECTION: u32 = 26;
+/// The distance is that to the foot of a side. In the place of the sign of world units per object unit.
+const TO_FOOT: u32 = 1 << 31;
 /// Place and steps of the openness.
 const OPENNESS: (u32, Real) = (24, 255.0);
 /// One step of it.
@@ -300,7 +302,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
         let map = ShapeMap::new(object);
         open = openness(object, &map, texels, hit, distance, gradient, density);
     }
-    let (edge_distance, edge_direction) = if knows_edges {
+    let (edge_distance, edge_direction, is_to_foot) = if knows_edges {
         let slopes = [gradients.0, gradients.1];
         let normals = Normals {
             smooth: up,
@@ -308,7 +310,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
         };
         edge::codes(ray, &seen, &normals, distance, gradient, slopes)
     } else {
-        (edge::FAR_AWAY, 0)
+        (edge::FAR_AWAY, 0, false)
     };
     let knows_mesh = object.finish & KNOWS_MESH != 0;
     let depth_steps = if knows_mesh { DEPTH_STEPS } else { STEPS };
@@ -327,7 +329,7 @@ pub fn words<M: Model<Over>, Over, T: Texels + ?Sized>(
         word(hit.t * frame.unit),
         word(uv.x),
         word(uv.y),
-        depth | (word(frame.unit) & UPPER),
+        depth | (word(frame.unit) & UPPER) | flag(is_to_foot, TO_FOOT),
     );
     let finish = if T::IS_STACK {
         object.finish + layers::finish(object, texels, hit)
@@ -363,7 +365,7 @@ impl Sample {
             t: f32::from_bits(place.x),
             uv: Vec2::new(f32::from_bits(place.y), f32::from_bits(place.z)),
             depth_fraction: (place.w & !UPPER) as i32 as Real * DEPTH_STEP,
-            unit: f32::from_bits(place.w & UPPER),
+            unit: f32::from_bits(place.w & UPPER & !TO_FOOT),
             normal,
             tangent,
             is_mirrored,
@@ -381,10 +383,15 @@ impl Sample {
     pub fn at_depth_on_mesh(place: UVec4, surface: UVec4) -> Sample {
         const DEPTH_STEP: Real = 1.0 / 1_023.0;
         let depth = place.w & ((1 << TURN) - 1);
-        Sample {
-            depth_fraction: depth as i32 as Real * DEPTH_STEP,
+        let depth_fraction = depth as i32 as Real * DEPTH_STEP;
+        let mut sample = Sample {
+            depth_fraction,
             ..Sample::from_words(place, surface)
+        };
+        if place.w & TO_FOOT != 0 {
+            sample.edge = sample.edge.from_foot(depth_fraction, 0.5 * DEPTH_STEP);
         }
+        sample
     }
 
     /// Returns the hit of the words of [`words`], which knows the mesh; zeros are a miss.

@@ -2,7 +2,7 @@
 
 use relievo_shared::Vec3;
 use relievo_shared::normals::CLASS_MISS;
-use relievo_shared::shading::edges::{from_code, lights};
+use relievo_shared::shading::edges::{from_code, lights_of};
 
 /// Linear colours, as the bits of f32.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -14,14 +14,14 @@ pub struct ColorWords {
     /// (red, green, blue, class) of each pixel, rows from the top. With smooth edges the class word also has the
     /// shares of neighbours and of what lies between
     /// ([`from_code`](relievo_shared::shading::edges::from_code)), whose light the other words have beside the
-    /// pixel's own ([`lights`](relievo_shared::shading::edges::lights)).
+    /// pixel's own ([`lights_of`](relievo_shared::shading::edges::lights_of)).
     pub words: Vec<[u32; 4]>,
 }
 
 impl ColorWords {
     /// Returns the linear RGB of the surface that a pixel hits.
     pub fn rgb(&self, x: u32, y: u32) -> [f32; 3] {
-        let (own, _) = lights(self.pixel(x, y).into());
+        let (own, _) = lights_of(self.pixel(x, y).into());
         own.to_array()
     }
 
@@ -42,14 +42,14 @@ impl ColorWords {
         };
         let own = self.pixel(x, y);
         let (_, shares) = from_code(own[3]);
-        let (light, between) = lights(own.into());
+        let (light, between) = lights_of(own.into());
         let share = 1.0 - shares.before - shares.after;
         part(light, own[3], share * (1.0 - shares.between));
         part(between, own[3], share * shares.between);
         let (dx, dy) = if shares.is_down { (0, 1) } else { (1, 0) };
         let mut neighbor = |x: u32, y: u32, share: f32| {
             let words = self.pixel(x, y);
-            part(lights(words.into()).0, words[3], share);
+            part(lights_of(words.into()).0, words[3], share);
         };
         if shares.before > 0.0 {
             neighbor(x - dx, y - dy, shares.before);

@@ -18,7 +18,7 @@
 
 use crate::render::{ColorWords, GeometryWords};
 use relievo_bitwise::{Batch, Tally};
-use relievo_shared::shading::edges::{from_code, lights};
+use relievo_shared::shading::edges::{from_code, lights_of};
 
 /// Names of the words of a pixel of [`ColorWords`].
 pub const COLOR_NAMES: [&str; 4] = ["red", "green", "blue", "class"];
@@ -108,7 +108,7 @@ pub fn compare(color: [&ColorWords; 2], geometry: [&GeometryWords; 2]) -> Agreem
 /// and of what lies between them and their neighbours, which counts by its share. Infinite if one is NaN.
 pub fn color_difference(a: [u32; 4], b: [u32; 4]) -> f32 {
     let [a, b] = [a, b].map(|words| {
-        let (own, between) = lights(words.into());
+        let (own, between) = lights_of(words.into());
         [own, between * from_code(words[3]).1.between]
     });
     let channels = a.iter().zip(b).flat_map(|(a, b)| (*a - b).to_array());

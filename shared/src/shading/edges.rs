@@ -19,7 +19,7 @@ pub(super) mod pixel;
 mod stairs;
 
 pub use between::{Part, between};
-pub use code::{Shares, from_code, light_words, lights};
+pub use code::{Shares, from_code, light_in, light_words, lights_of};
 
 use super::Tables;
 use crate::arithmetic::{div, max};

@@ -13,7 +13,7 @@ mod grooves;
 
 pub use grooves::MOST;
 
-use super::edges::{Shares, from_code, lights};
+use super::edges::{Shares, from_code, lights_of};
 use super::image::{Footprint, sample_over};
 use super::layout::{Light, Lighting};
 use super::lights::{self, Incoming};
@@ -123,7 +123,7 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
     if weight > 0.0 {
         let mean = kept3(mean);
         check3(mean);
-        let (own, between) = lights(found);
+        let (own, between) = lights_of(found);
         let (_, shares) = from_code(found.w);
         let left = 1.0 - weight;
         let own_weight = left * (1.0 - shares.between) * mixed(lighting, own);

@@ -63,7 +63,7 @@ pub fn words<T: Tables + ?Sized, H: Hits + ?Sized>(
 
 /// Returns the words of pixel (`x`, `y`) for smooth edges: as [`words`], where the class word also has the shares of
 /// its neighbours and of what lies between ([`edges::from_code`]), whose light is beside its own
-/// ([`edges::lights`]). Hits know the mesh. Black where only the
+/// ([`edges::lights_of`]). Hits know the mesh. Black where only the
 /// [`mean`](mean::words) is seen: where hits say so, or `is_mean_only`.
 #[inline]
 pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
@@ -120,11 +120,7 @@ pub fn words_with_edges<T: Tables + ?Sized, H: Hits + ?Sized>(
             };
             if share > 0.0 {
                 let light = shade(tables, frame, lighting, ray, &hit);
-                let sum = Vec3::new(
-                    f32::from_bits(words.x),
-                    f32::from_bits(words.y),
-                    f32::from_bits(words.z),
-                );
+                let sum = edges::light_in(words);
                 if is_own {
                     let between = if total > 0.0 {
                         sum * div(1.0, total)

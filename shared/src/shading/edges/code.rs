@@ -90,23 +90,26 @@ pub fn light_words(own: Vec3, between: Vec3, class_word: u32) -> UVec3 {
 /// Returns the light in the words of a pixel: of its own surface, and of what lies between it and its
 /// neighbours, 0 if nothing does.
 #[inline]
-pub fn lights(words: UVec4) -> (Vec3, Vec3) {
-    let channels = Vec3::new;
+pub fn lights_of(words: UVec4) -> (Vec3, Vec3) {
     if words.w >> BETWEEN == 0 {
-        let own = channels(
-            f32::from_bits(words.x),
-            f32::from_bits(words.y),
-            f32::from_bits(words.z),
-        );
-        (own, Vec3::ZERO)
+        (light_in(words.truncate()), Vec3::ZERO)
     } else {
-        let own = channels(from_half(words.x), from_half(words.y), from_half(words.z));
         let upper = |word: u32| from_half(word >> 16);
         (
-            own,
-            channels(upper(words.x), upper(words.y), upper(words.z)),
+            Vec3::new(from_half(words.x), from_half(words.y), from_half(words.z)),
+            Vec3::new(upper(words.x), upper(words.y), upper(words.z)),
         )
     }
+}
+
+/// Returns the light whose three f32 have the bits `words`.
+#[inline]
+pub fn light_in(words: UVec3) -> Vec3 {
+    Vec3::new(
+        f32::from_bits(words.x),
+        f32::from_bits(words.y),
+        f32::from_bits(words.z),
+    )
 }
 
 /// Returns the code of a channel, 16 bits.

@@ -27,6 +27,26 @@ impl Ends {
         Ends { own: at, other: at }
     }
 
+    /// Returns ends with which a line across the pixel has the shares that the pixel has of an edge which moves by
+    /// `slant` across it, 0…1.
+    #[inline]
+    pub(super) fn slanted(&self, slant: Real) -> Ends {
+        let half = 0.5 * slant;
+        let end = |place: Real| {
+            let left = 0.5 - place;
+            if abs(left) < half {
+                let from_corner = left + half;
+                0.5 - div(from_corner * from_corner, 4.0 * half)
+            } else {
+                place
+            }
+        };
+        Ends {
+            own: end(self.own),
+            other: end(self.other),
+        }
+    }
+
     /// Returns the share of the other in the pixel of the one.
     #[inline]
     pub(super) fn beyond(&self) -> Real {
@@ -188,7 +208,6 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
     other: &Pixel,
     step: IVec2,
 ) -> Ends {
-    let along = ray_step(frame, step);
     if !own.is_hit() && !other.is_hit() {
         return NONE;
     }
@@ -196,6 +215,31 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         own: own.known_end(tables, as_vec(step)),
         other: 1.0 - other.known_end(tables, as_vec(-step)),
     };
+    let found = on_line(tables, frame, hits, (at, step), own, other, &known);
+    let is_own = known.own <= 1.0;
+    let is_found = found.own != UNKNOWN || found.other != UNKNOWN;
+    if is_found && (is_own || known.other >= 0.0) {
+        let edge = if is_own { own.hit.edge } else { other.hit.edge };
+        let along = abs(kept(edge.direction.dot(as_vec(step))));
+        let across = abs(kept(edge.direction.perp_dot(as_vec(step))));
+        found.slanted(div(min(across, along), max(along, 1e-3)))
+    } else {
+        found
+    }
+}
+
+/// Returns the same on the line between the centres, given where edges are `known`.
+#[inline]
+fn on_line<T: Tables + ?Sized, H: Hits + ?Sized>(
+    tables: &T,
+    frame: &Frame,
+    hits: &H,
+    (at, step): (IVec2, IVec2),
+    own: &Pixel,
+    other: &Pixel,
+    known: &Ends,
+) -> Ends {
+    let along = ray_step(frame, step);
     let mut is_own_nearer = own.is_hit();
     if own.is_hit() && other.is_hit() {
         let (class, other_class) = (own.hit.class, other.hit.class);
@@ -215,7 +259,7 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
                 is_cap && tables.finish(finish_of(&own.hit)).chart.order > 0.0
             };
             if goes_on {
-                let found = in_carving(tables, frame, own, other, step, &known);
+                let found = in_carving(tables, frame, own, other, step, known);
                 let is_found = found.own <= 1.0 && found.other >= 0.0;
                 let is_gap = found.own >= 0.0 && found.own < found.other && found.other <= 1.0;
                 if is_gap || is_found && class != other_class {
@@ -228,7 +272,7 @@ pub(super) fn ends<T: Tables + ?Sized, H: Hits + ?Sized>(
         }
         let are_sides = is_one && is_side(class) && is_side(other_class);
         if are_sides && known.own <= 1.0 && known.own < known.other {
-            return known;
+            return *known;
         }
         // Where their tangent planes meet, if they do up to half a pixel beyond the centres.
         let (inverse, slope) = own.inverse(along);

@@ -160,6 +160,18 @@ proptest! {
     }
 
     #[test]
+    fn a_slanted_edge_has_its_share_of_the_area(place in 0.0f32..1.0, slant in 0.0f32..1.0) {
+        let lines = 1_000;
+        let area: f32 = (0..lines)
+            .map(|i| (i as f32 + 0.5) / lines as f32 - 0.5)
+            .map(|across| (0.5 - place - slant * across).clamp(0.0, 1.0))
+            .sum();
+        let found = Ends::meeting(place).slanted(slant);
+        prop_assert!((found.beyond() - area / lines as f32).abs() < 1e-3);
+        prop_assert_eq!(found.between(), 0.0);
+    }
+
+    #[test]
     fn shares_survive_their_code(
         before in 0.0f32..0.5,
         after in 0.0f32..0.5,
@@ -180,7 +192,7 @@ proptest! {
         let light = |x: f32| Vec3::new(x, 0.5 * x, 0.0);
         let read = |own: f32, between: f32, code| {
             let words = light_words(light(own), light(between), code);
-            lights(UVec4::new(words.x, words.y, words.z, code))
+            lights_of(UVec4::new(words.x, words.y, words.z, code))
         };
         // Bit for bit alone, else to 2⁻¹¹.
         prop_assert_eq!(read(own, between, of(0.0)), (light(own), Vec3::ZERO));
@@ -202,7 +214,7 @@ fn light_beyond_the_range_of_its_words_is_the_nearest_in_it() {
     }
     .code(CLASS_CAP);
     let words = light_words(Vec3::splat(1e17), Vec3::splat(1e-20), code);
-    let (own, between) = lights(UVec4::new(words.x, words.y, words.z, code));
+    let (own, between) = lights_of(UVec4::new(words.x, words.y, words.z, code));
     assert!(own.x > 4.29e9 && own.x.is_finite() && between == Vec3::ZERO);
 }
 
